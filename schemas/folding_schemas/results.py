@@ -1,0 +1,247 @@
+"""What the server's tools answer, one model per tool result. Images travel beside these as image content."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from folding_schemas.actions import Action, Program
+from folding_schemas.base import Wire
+from folding_schemas.state import FoldedState
+
+Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
+ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
+AttemptOutcome = Literal["open", "restored", "saved", "committed"]
+ExportFormat = Literal["fold", "crease-pattern", "svg", "png", "obj", "program"]
+
+
+class SequenceInfo(Wire):
+    """One sequence of keyframes that the server can open."""
+
+    name: str
+    frames: int
+    front_color: str | None
+    back_color: str | None
+
+
+class SequenceList(Wire):
+    """Answer of ``list_sequences``."""
+
+    sequences: list[SequenceInfo]
+
+
+class RunInfo(Wire):
+    """Answer of ``open_run`` and ``get_run``: where a run stands.
+
+    ``frames`` is 0 for a free fold. ``saved`` lists the frames that hold a checkpoint; ``next_frame`` is the frame
+    that comes after the checkpoint the current state grew from, None when all frames are saved. ``attempts`` and
+    ``restores`` count by frame; frames up to ``locked_to`` are closed for restore and save.
+    """
+
+    run_id: str
+    sequence: str | None
+    frames: int
+    front_color: str
+    back_color: str
+    saved: list[int]
+    next_frame: int | None
+    pending: list[Action]
+    attempts: dict[int, int]
+    restores: dict[int, int]
+    budget: int
+    locked_to: int
+    complete: bool
+    program: Program
+
+
+class ActionResult(Wire):
+    """Answer of every folding action and of ``undo``: the new state and what the action did.
+
+    ``attempt`` counts from 1 within the transition to ``frame``; both are None in a free fold.
+    """
+
+    run_id: str
+    summary: str
+    new_vertices: list[int]
+    new_faces: list[int]
+    moved_faces: list[int]
+    frame: int | None
+    attempt: int | None
+    state: FoldedState
+
+
+class FrameView(Wire):
+    """Answer of ``view_frame``: the size in pixels of the photo that comes with it."""
+
+    frame: int
+    width: int
+    height: int
+
+
+class MovementView(Wire):
+    """Answer of ``observe_movement``: which video images the filmstrip shows, left to right."""
+
+    frame: int
+    images: list[int]
+
+
+class StateView(Wire):
+    """Answer of ``get_current_state``."""
+
+    run_id: str
+    state: FoldedState
+
+
+class RenderView(Wire):
+    """Answer of ``render_current``: the size in pixels of the diagram that comes with it."""
+
+    run_id: str
+    width: int
+    height: int
+    labels: bool
+
+
+class CheckpointSaved(Wire):
+    """Answer of ``save_checkpoint``."""
+
+    frame: int
+    actions: list[Action]
+    next_frame: int | None
+    remaining: int
+    complete: bool
+
+
+class CheckpointRestored(Wire):
+    """Answer of ``restore_checkpoint``; ``next_attempt`` is the number that the next action's attempt will have."""
+
+    frame: int
+    next_attempt: int
+    restore_count: int
+    state: FoldedState
+
+
+class CheckpointState(Wire):
+    """Answer of ``get_checkpoint_state``: the saved state and the actions that lead to it from the one before."""
+
+    frame: int
+    actions: list[Action]
+    notes: str | None
+    state: FoldedState
+
+
+class OverviewFrame(Wire):
+    """One column of the checkpoint overview."""
+
+    frame: int
+    saved: bool
+    notes: str | None
+    restores: int
+    attempts: int
+
+
+class CheckpointOverview(Wire):
+    """Answer of ``generate_checkpoint_overview``; the picture has photos above and diagrams below."""
+
+    frames: list[OverviewFrame]
+
+
+class AttemptInfo(Wire):
+    """One explored transition: its actions and how it ended."""
+
+    attempt: int
+    label: str
+    actions: list[Action]
+    outcome: AttemptOutcome
+
+
+class AttemptList(Wire):
+    """Answer of ``list_attempts``: one diagram follows for each attempt, in this order."""
+
+    frame: int
+    budget: int
+    attempts: list[AttemptInfo]
+
+
+class AttemptCommitted(Wire):
+    """Answer of ``commit_attempt``: the chosen attempt is saved and frames up to ``locked_to`` are closed."""
+
+    frame: int
+    attempt: int
+    locked_to: int
+    next_frame: int | None
+    complete: bool
+    state: FoldedState
+
+
+class CriticGrid(Wire):
+    """Answer of ``critic_grid``: four images follow, source photo, target photo, source and candidate diagram."""
+
+    frame: int
+    source_state: FoldedState
+    candidate_state: FoldedState
+    candidate_actions: list[Action]
+
+
+class Comparison(Wire):
+    """Answer of ``compare_to_frame``: how well the current state explains a photo.
+
+    ``iou`` is intersection over union by class (front, back, paper) after the best small rigid motion;
+    ``agreement`` the share of pixels in and around the paper whose class agrees; ``shift`` that motion as
+    (dx, dy in sheet units, degrees clockwise). Distances are in sheet units.
+    """
+
+    frame: int
+    verdict: Verdict
+    agreement: float = Field(ge=0, le=1)
+    iou: dict[str, float]
+    outline_distance: float
+    shift: tuple[float, float, float]
+    discrepancies: list[str]
+
+
+class Proposal(Wire):
+    """One plan for a transition: primitives to apply in order, how well the result explains the photo, and why."""
+
+    rank: int
+    action_class: ActionClass
+    actions: list[Action]
+    agreement: float
+    score: float
+    explanation: str
+
+
+class Proposals(Wire):
+    """Answer of ``propose_actions``, best first. ``confident`` says that the best stands clear of the rest."""
+
+    frame: int
+    proposals: list[Proposal]
+    confident: bool
+
+
+class LocalViolation(Wire):
+    """A vertex of the crease pattern at which a local flat-foldability condition fails."""
+
+    vertex: int
+    condition: Literal["Maekawa", "Kawasaki"]
+    detail: str
+
+
+class Foldability(Wire):
+    """Answer of ``check_foldability``.
+
+    ``states`` counts the layer orders found, up to a cap; ``capped`` says that there may be more.
+    """
+
+    foldable: bool
+    reason: str
+    violations: list[LocalViolation]
+    states: int
+    capped: bool
+
+
+class Export(Wire):
+    """Answer of ``export_state``: the file's text, or None for a PNG, which comes as image content."""
+
+    format: ExportFormat
+    media_type: str
+    filename: str
+    text: str | None

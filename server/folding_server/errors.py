@@ -1,0 +1,28 @@
+"""The errors a user can cause, as a tree. Each message is one plain sentence that says what to do next.
+
+FoldingError
+├── ActionRefused      the simulator cannot do this to this paper
+├── PhotoError         an image or a sequence cannot be used
+├── ProgramError       a program or an interchange file cannot be read
+└── RunError           a run, checkpoint or attempt does not allow this
+"""
+
+
+class FoldingError(Exception):
+    """A mistake the caller can mend; the message is shown as it stands."""
+
+
+class ActionRefused(FoldingError):
+    """The action is impossible on this paper; the paper is as it was."""
+
+
+class PhotoError(FoldingError):
+    """A photo, video or sequence folder cannot be used."""
+
+
+class ProgramError(FoldingError):
+    """A program or interchange file cannot be read."""
+
+
+class RunError(FoldingError):
+    """The run's history does not allow this."""

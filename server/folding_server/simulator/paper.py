@@ -1,0 +1,127 @@
+"""The folded sheet as one immutable record, and the questions that can be asked of it.
+
+The crease pattern is kept at all times (``places`` and ``faces``); each face carries the isometry that takes it from
+the sheet to where it lies now, so its shape never changes. The stack is one total order of the faces, bottom to top.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
+
+Edge = tuple[int, int]
+"""Two vertex ids, smaller first."""
+
+
+def edge_of(u: int, v: int) -> Edge:
+    """The edge between two vertices, in the order used as a key."""
+    return (u, v) if u < v else (v, u)
+
+
+class Crease(NamedTuple):
+    """Who last turned an inner edge: the fold's number, the face beside the edge that moved, and what it covered.
+
+    ``below`` is the record that returns when this fold is undone by an unfold.
+    """
+
+    fold: int
+    moved: int
+    below: "Crease | None"
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A flat-folded sheet of ``sheet`` = (width, height).
+
+    ``places``       vertex id -> place on the unfolded sheet
+    ``faces``        face id -> its convex boundary as a cycle of vertex ids
+    ``isometries``   face id -> motion from the sheet to the folded place; a mirror if the back is up
+    ``order``        all faces, bottom to top
+    ``creases``      inner edge -> record of the folds that turned it; absent for a mark that nothing holds folded
+    ``folds``        number of folds so far; the newest has this number
+    ``fold_edges``   fold number -> the two vertices it was made through, for messages and for ``unfold``
+    """
+
+    sheet: tuple[float, float]
+    places: Mapping[int, Point]
+    faces: Mapping[int, tuple[int, ...]]
+    isometries: Mapping[int, Isometry]
+    order: tuple[int, ...]
+    creases: Mapping[Edge, Crease]
+    folds: int
+    fold_edges: Mapping[int, tuple[int, int]]
+
+    @cached_property
+    def edge_faces(self) -> Mapping[Edge, tuple[int, ...]]:
+        """Edge -> the one or two faces beside it."""
+        beside: dict[Edge, tuple[int, ...]] = {}
+        for face, cycle in self.faces.items():
+            u = cycle[-1]
+            for v in cycle:
+                key = (u, v) if u < v else (v, u)
+                beside[key] = (*beside[key], face) if key in beside else (face,)
+                u = v
+        return beside
+
+    @cached_property
+    def vertex_face(self) -> Mapping[int, int]:
+        """Vertex -> the face it is read off: the first that has it."""
+        owner: dict[int, int] = {}
+        for face, cycle in self.faces.items():
+            for v in cycle:
+                owner.setdefault(v, face)
+        return owner
+
+    @cached_property
+    def positions(self) -> Mapping[int, Point]:
+        """Vertex -> its folded position."""
+        return {v: self.isometries[f](self.places[v]) for v, f in self.vertex_face.items()}
+
+    @cached_property
+    def rank(self) -> Mapping[int, int]:
+        """Face -> its index in the stack, 0 at the bottom."""
+        return {face: i for i, face in enumerate(self.order)}
+
+    def polygon(self, face: int) -> list[Point]:
+        """The folded outline of a face, in the order of its cycle."""
+        motion, places = self.isometries[face], self.places
+        return [motion(places[v]) for v in self.faces[face]]
+
+    def sheet_polygon(self, face: int) -> list[Point]:
+        """The outline of a face on the unfolded sheet."""
+        return [self.places[v] for v in self.faces[face]]
+
+    def back_up(self, face: int) -> bool:
+        """Whether the back of the sheet is up at a face."""
+        return self.isometries[face].mirrors
+
+    def is_folded(self, edge: Edge) -> bool:
+        """Whether an inner edge is folded now (its two faces show different sides)."""
+        beside = self.edge_faces[edge]
+        return len(beside) == 2 and self.back_up(beside[0]) != self.back_up(beside[1])
+
+    def letter(self, edge: Edge) -> str:
+        """B, F, M or V of an edge, relative to the front of the sheet, so that a flip never changes it."""
+        beside = self.edge_faces[edge]
+        if len(beside) == 1:
+            return "B"
+        if not self.is_folded(edge):
+            return "F"
+        lower = min(beside, key=self.rank.__getitem__)
+        return "M" if self.back_up(lower) else "V"
+
+    def edges(self) -> Iterator[tuple[Edge, str]]:
+        """All edges with their letters, in a fixed order."""
+        return ((edge, self.letter(edge)) for edge in sorted(self.edge_faces))
+
+
+def new_paper(sheet: tuple[float, float] = (1.0, 1.0)) -> Paper:
+    """A flat sheet, front up: vertices 1 to 4 from the upper left corner clockwise, one face.
+
+    Width and height in sheet units; the square (1, 1) is the default.
+    """
+    width, height = sheet
+    places = {1: (0.0, height), 2: (width, height), 3: (width, 0.0), 4: (0.0, 0.0)}
+    return Paper(sheet, places, {1: (1, 2, 3, 4)}, {1: IDENTITY}, (1,), {}, 0, {})
