@@ -1,6 +1,27 @@
-"""The folding simulator: pure geometry, no I/O. Every function takes a paper and returns a new one."""
+"""The folding simulator: pure geometry, no I/O. Every action takes a paper and returns a new one."""
 
+from folding_server.simulator.actions import apply, replay
+from folding_server.simulator.fold import fold
+from folding_server.simulator.motions import flip, rotate
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.simulator.plane_geometry import TOLERANCE
+from folding_server.simulator.planes import layers_of_planes, overlapping_pairs
+from folding_server.simulator.state import folded_state
+from folding_server.simulator.unfold import unfold
+from folding_server.simulator.vertices import add_vertex
 
-__all__ = ["TOLERANCE", "Paper", "new_paper"]
+__all__ = [
+    "TOLERANCE",
+    "Paper",
+    "add_vertex",
+    "apply",
+    "flip",
+    "fold",
+    "folded_state",
+    "layers_of_planes",
+    "new_paper",
+    "overlapping_pairs",
+    "replay",
+    "rotate",
+    "unfold",
+]

@@ -1,0 +1,97 @@
+"""Planes and layers: which faces lie flat together, and how the planes lie over each other (paper, "Origami State")."""
+
+from collections.abc import Mapping
+
+import networkx as nx
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Point, overlap
+
+
+def planes(paper: Paper) -> list[list[int]]:
+    """Maximal sets of faces joined by flat edges, each sorted, in the order of their lowest face id."""
+    parent = {face: face for face in paper.faces}
+
+    def root(face: int) -> int:
+        while parent[face] != face:
+            parent[face] = parent[parent[face]]
+            face = parent[face]
+        return face
+
+    for beside in paper.edge_faces.values():
+        if len(beside) == 2 and paper.back_up(beside[0]) == paper.back_up(beside[1]):
+            a, b = root(beside[0]), root(beside[1])
+            parent[max(a, b)] = min(a, b)
+    members: dict[int, list[int]] = {}
+    for face in sorted(paper.faces):
+        members.setdefault(root(face), []).append(face)
+    return list(members.values())
+
+
+def overlapping_pairs(paper: Paper) -> list[tuple[int, int]]:
+    """All pairs (lower face, upper face) that overlap by more than the tolerance, in stack order."""
+    outlines = {face: paper.polygon(face) for face in paper.order}
+    boxes = {face: bounding_box(outline) for face, outline in outlines.items()}
+    return [
+        (lower, upper)
+        for i, lower in enumerate(paper.order)
+        for upper in paper.order[i + 1 :]
+        if boxes_meet(boxes[lower], boxes[upper]) and overlap(outlines[lower], outlines[upper])
+    ]
+
+
+Box = tuple[float, float, float, float]
+
+
+def bounding_box(outline: list[Point]) -> Box:
+    """(left, bottom, right, top) of an outline."""
+    xs, ys = [p[0] for p in outline], [p[1] for p in outline]
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def boxes_meet(a: Box, b: Box) -> bool:
+    """Whether two boxes have a point in common."""
+    return a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]
+
+
+def layers_of_planes(paper: Paper) -> list[list[list[int]]]:
+    """Layers from bottom to top, each a list of planes, each a list of faces.
+
+    A plane lies in the lowest layer above all planes that it lies over. Planes that are woven into each other
+    (a face of one over the other and a face of the other over the first) are given face by face.
+    """
+    groups = planes(paper)
+    pairs = overlapping_pairs(paper)
+    groups = _unwoven(groups, pairs)
+    plane_of = {face: i for i, group in enumerate(groups) for face in group}
+    below: dict[int, set[int]] = {i: set() for i in range(len(groups))}
+    for lower, upper in pairs:
+        below[plane_of[upper]].add(plane_of[lower])
+    depth: dict[int, int] = {}
+    for i in nx.topological_sort(_lies_over(groups, pairs)):
+        depth[i] = 1 + max((depth[j] for j in below[i]), default=-1)
+    layers: list[list[list[int]]] = [[] for _ in range(max(depth.values()) + 1)]
+    for i, group in enumerate(groups):
+        layers[depth[i]].append(group)
+    return layers
+
+
+def _lies_over(groups: list[list[int]], pairs: list[tuple[int, int]]) -> "nx.DiGraph[int]":
+    """The relation between planes: an edge from each plane to those that lie over it."""
+    plane_of = {face: i for i, group in enumerate(groups) for face in group}
+    graph: nx.DiGraph[int] = nx.DiGraph()
+    graph.add_nodes_from(range(len(groups)))
+    graph.add_edges_from((plane_of[lower], plane_of[upper]) for lower, upper in pairs)
+    return graph
+
+
+def _unwoven(groups: list[list[int]], pairs: list[tuple[int, int]]) -> list[list[int]]:
+    """The planes with those split into single faces that are woven with another."""
+    graph = _lies_over(groups, pairs)
+    woven = {i for part in nx.strongly_connected_components(graph) if len(part) > 1 for i in part}
+    return [part for i, group in enumerate(groups) for part in ([[f] for f in group] if i in woven else [group])]
+
+
+def plane_index(groups: list[list[int]]) -> Mapping[int, int]:
+    """Face -> index of its plane."""
+    return {face: i for i, group in enumerate(groups) for face in group}

@@ -1,0 +1,6 @@
+"""Where test data lies."""
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared"
