@@ -1,0 +1,66 @@
+"""A raster over the table plane, in sheet units: x right, y up; row 0 is the uppermost."""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+REACH = (-0.8, -0.8, 1.8, 1.8)
+"""Left, bottom, right, top of the part of the plane that folding one unit square normally stays in."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """``rows`` x ``cols`` square pixels whose outer upper-left corner is at (``left``, ``top``).
+
+    Pixel coordinates are (column, row) and whole at pixel centres, as OpenCV has them.
+    """
+
+    left: float
+    top: float
+    pixels_per_unit: float
+    rows: int
+    cols: int
+
+    @property
+    def right(self) -> float:
+        """x of the outer right border."""
+        return self.left + self.cols / self.pixels_per_unit
+
+    @property
+    def bottom(self) -> float:
+        """y of the outer lower border."""
+        return self.top - self.rows / self.pixels_per_unit
+
+    @property
+    def pixel_area(self) -> float:
+        """Area of one pixel in sheet units squared."""
+        return 1.0 / self.pixels_per_unit**2
+
+    def to_pixel(self, points: npt.ArrayLike) -> Floats:
+        """Plane points (..., 2) to (column, row)."""
+        xy = np.asarray(points, dtype=np.float64)
+        scale = self.pixels_per_unit
+        return np.stack([(xy[..., 0] - self.left) * scale - 0.5, (self.top - xy[..., 1]) * scale - 0.5], axis=-1)
+
+    def to_plane(self, pixels: npt.ArrayLike) -> Floats:
+        """(column, row) points (..., 2) to the plane."""
+        uv = np.asarray(pixels, dtype=np.float64)
+        scale = self.pixels_per_unit
+        return np.stack([self.left + (uv[..., 0] + 0.5) / scale, self.top - (uv[..., 1] + 0.5) / scale], axis=-1)
+
+    def matrix(self) -> Floats:
+        """The 3x3 affine matrix of :meth:`to_pixel`."""
+        s = self.pixels_per_unit
+        return np.array([[s, 0, -self.left * s - 0.5], [0, -s, self.top * s - 0.5], [0, 0, 1.0]])
+
+
+def grid_over(pixels_per_unit: float, reach: tuple[float, float, float, float] = REACH) -> Grid:
+    """The grid that covers (left, bottom, right, top) at a resolution."""
+    left, bottom, right, top = reach
+    rows = ceil((top - bottom) * pixels_per_unit - 1e-9)
+    cols = ceil((right - left) * pixels_per_unit - 1e-9)
+    return Grid(left, top, pixels_per_unit, rows, cols)

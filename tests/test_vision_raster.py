@@ -1,0 +1,98 @@
+"""Label images of folded faces: exact at pixel centres, no cracks, stack order respected."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from folding_server.simulator.paper import new_paper
+from folding_server.simulator.plane_geometry import Isometry, Line, Point, area, clip, turn
+from folding_server.vision.grid import Grid, grid_over
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, as_one_colour, is_paper
+from folding_server.vision.raster import draw_labels, draw_paper, draw_values
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+GRID = grid_over(96, (-0.5, -0.5, 1.5, 1.5))
+SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+ANGLES = st.floats(0, 2 * pi)
+
+
+def inside(polygon: list[Point], grid: Grid) -> npt.NDArray[np.bool_]:
+    """Which pixel centres lie in a counter-clockwise convex polygon."""
+    columns, rows = np.meshgrid(np.arange(grid.cols), np.arange(grid.rows))
+    plane = grid.to_plane(np.stack([columns, rows], axis=-1))
+    result = np.ones(columns.shape, bool)
+    for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        result &= (bx - ax) * (plane[..., 1] - ay) >= (by - ay) * (plane[..., 0] - ax)
+    return result
+
+
+def cut(polygons: list[list[Point]], line: Line) -> list[list[Point]]:
+    """Every polygon cut in two along a line."""
+    other = Line(-line.nx, -line.ny, -line.offset)
+    pieces = [clip(polygon, side) for polygon in polygons for side in (line, other)]
+    return [piece for piece in pieces if len(piece) > 2 and abs(area(piece)) > 1e-6]
+
+
+def test_grid_maps_there_and_back() -> None:
+    points = np.array([[0.0, 0.0], [0.3, 1.2], [-0.4, 0.9]])
+    assert np.allclose(GRID.to_plane(GRID.to_pixel(points)), points)
+    homogeneous = np.column_stack([points, np.ones(3)]) @ GRID.matrix().T
+    assert np.allclose(homogeneous[:, :2], GRID.to_pixel(points))
+
+
+def test_grid_covers_what_was_asked() -> None:
+    assert (GRID.rows, GRID.cols) == (192, 192)
+    assert (GRID.right, GRID.bottom) == pytest.approx((1.5, -0.5))
+
+
+def test_flat_sheet_covers_the_unit_square() -> None:
+    labels = draw_paper(new_paper(), GRID)
+    assert ((labels == FRONT) != inside(SQUARE, GRID)).sum() <= 4
+    assert labels[0, 0] == BACKGROUND
+
+
+def test_later_faces_cover_earlier_ones() -> None:
+    lower_half = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.0, 0.5)]
+    labels = draw_labels([SQUARE, lower_half], [False, True], GRID)
+    top, bottom = (GRID.to_pixel(p).round().astype(int) for p in ((0.5, 0.7), (0.5, 0.3)))
+    assert labels[top[1], top[0]] == FRONT
+    assert labels[bottom[1], bottom[0]] == BACK
+    assert (is_paper(labels) != inside(SQUARE, GRID)).sum() <= 4
+    assert not (as_one_colour(labels) == BACK).any()
+
+
+def test_no_faces_leave_an_empty_table() -> None:
+    assert not draw_labels([], [], GRID).any()
+
+
+def test_slivers_thinner_than_a_pixel_do_not_show() -> None:
+    sliver = [(0.0, 0.0), (1.0, 0.0), (1.0, 1e-4), (0.0, 1e-4)]
+    assert draw_values([sliver], [7], GRID).sum() == 0
+
+
+@settings(max_examples=40)
+@given(ANGLES, st.floats(-0.3, 0.3), st.floats(0.9, 1.1))
+def test_a_moved_square_differs_from_the_exact_one_only_along_its_outline(
+    angle: float, shift: float, scale: float
+) -> None:
+    c, s = scale * cos(angle), scale * sin(angle)
+    motion = Isometry(c, -s, s, c, 0.5 + shift - 0.5 * (c - s), 0.5 - 0.5 * (s + c))
+    drawn = draw_labels([SQUARE], [False], GRID, motion) == FRONT
+    exact = inside([motion(p) for p in SQUARE], GRID)
+    assert (drawn != exact).sum() <= 0.2 * 4 * scale * GRID.pixels_per_unit
+    assert abs(int(drawn.sum()) - int(exact.sum())) <= 0.2 * 4 * scale * GRID.pixels_per_unit
+
+
+@settings(max_examples=25)
+@given(st.lists(st.tuples(ANGLES, st.floats(-0.3, 0.3)), min_size=1, max_size=5), st.floats(-180, 180))
+def test_cutting_the_sheet_opens_no_cracks(cuts: list[tuple[float, float]], degrees: float) -> None:
+    pieces = [SQUARE]
+    for angle, offset in cuts:
+        normal = (cos(angle), sin(angle))
+        pieces = cut(pieces, Line(*normal, 0.5 * sum(normal) + offset))
+    motion = turn(degrees, (0.5, 0.5))
+    drawn = draw_values(pieces, [9] * len(pieces), GRID, motion)
+    core = inside([motion(p) for p in [(0.03, 0.03), (0.97, 0.03), (0.97, 0.97), (0.03, 0.97)]], GRID)
+    assert (drawn[core] == 0).sum() <= 6
