@@ -1,6 +1,7 @@
 """Growing the moving set of a fold and cutting the faces that straddle its line."""
 
 from collections.abc import Iterable, Iterator
+from itertools import count
 
 from folding_server.errors import ActionRefused
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
@@ -25,6 +26,8 @@ class Cutting:
         self.creases: dict[Edge, Crease] = dict(paper.creases)
         self.distance = {v: line.distance(p) for v, p in paper.positions.items()}
         self.side = {v: _sign(d) for v, d in self.distance.items()}
+        self._new_ids = count(max(paper.places) + 1)
+        self._new_faces = count(max(paper.faces) + 1)
         self.moving: set[int] = set()
         self.part_of: dict[int, int] = {}
         self._moving_parts: dict[int, tuple[list[Point], Box]] = {}
@@ -44,20 +47,24 @@ class Cutting:
     def move_with(self, seeds: Iterable[int]) -> None:
         """Close the moving set: joined off the line, or lying over a moving part. Last in, first out."""
         waiting = list(seeds)
-        unseen = {face for face in self.paper.order if self.reaches(face)}
+        done: set[int] = set()
+        free = {face for face in self.paper.order if self.reaches(face)}.difference(waiting)
         while waiting:
             face = waiting.pop()
-            if face not in unseen:
+            if face in done:
                 continue
-            unseen.discard(face)
+            done.add(face)
             part = self._cut(face) if self.straddles(face) else face
             self.moving.add(part)
-            waiting.extend(self._lying_over(face, unseen))
-            waiting.extend(self._joined(part))
+            found = self._lying_over(face, free)
+            found += [other for other in self._joined(part) if other not in self.moving and other not in done]
+            free.difference_update(found)
+            waiting += found
 
     def stacks(self, order: Iterable[int]) -> tuple[list[int], list[int]]:
         """The faces that stay and those that turn, each from bottom to top."""
-        stays, turns = [], []
+        stays: list[int] = []
+        turns: list[int] = []
         for face in order:
             (turns if face in self.moving else stays).append(face)
             if face in self.part_of:
@@ -70,12 +77,12 @@ class Cutting:
             if self.side[u] > 0 or self.side[v] > 0:
                 yield from (f for f in self.beside[edge_of(u, v)] if f != part)
 
-    def _lying_over(self, face: int, unseen: set[int]) -> list[int]:
-        """Faces not yet seen that lie over the moving part of a face, bottom to top."""
+    def _lying_over(self, face: int, free: set[int]) -> list[int]:
+        """Faces not yet waiting that lie over the moving part of a face, by id."""
         rank = self.paper.rank
         here = rank[face]
         outline, box = self._moving_part(face)
-        above = sorted(g for g in unseen if rank[g] > here)
+        above = sorted(g for g in free if rank[g] > here)
         return [g for g in above if self._meets(g, outline, box)]
 
     def _meets(self, face: int, outline: list[Point], box: Box) -> bool:
@@ -96,7 +103,7 @@ class Cutting:
         i, j = sorted((cycle.index(first), cycle.index(second)))
         parts = cycle[i : j + 1], cycle[j:] + cycle[: i + 1]
         moves = 0 if any(self.side[v] > 0 for v in parts[0]) else 1
-        new = max(self.faces) + 1
+        new = next(self._new_faces)
         self.faces[face], self.faces[new] = parts[1 - moves], parts[moves]
         self.isometries[new] = self.isometries[face]
         self.part_of[face] = new
@@ -138,7 +145,7 @@ class Cutting:
 
     def _new_vertex(self, u: int, v: int) -> int:
         """A vertex where the line crosses an edge, put into the faces beside it."""
-        new = max(self.places) + 1
+        new = next(self._new_ids)
         fraction = self.distance[u] / (self.distance[u] - self.distance[v])
         self.places[new] = between(self.places[u], self.places[v], fraction)
         self.distance[new], self.side[new] = 0.0, 0
