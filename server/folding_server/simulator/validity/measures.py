@@ -21,6 +21,10 @@ layers may reach into each other. A fold through a vertex that lies a tolerance 
 away from its neighbours, and a later fold through the same place adds as much again."""
 
 
+TILT = 2e-4
+"""How far, in sheet units, a crease may lie off the line it was folded along: both its ends by the tolerance."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """A paper measured without the simulator's own geometry.

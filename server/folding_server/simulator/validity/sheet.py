@@ -59,7 +59,7 @@ def tiling_violations(sheet: Measured) -> Iterator[Violation]:
     Faces that all run the same way round, meet in pairs along their inner edges and leave exactly the sheet's outline
     as single edges wind once round every point of the sheet: they cover it without gap or overlap.
     """
-    way = {}
+    way: dict[EdgeKey, int] = {}
     for face, cycle in sheet.paper.faces.items():
         for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
             if (u, v) in way:
@@ -72,16 +72,31 @@ def tiling_violations(sheet: Measured) -> Iterator[Violation]:
 
 def _outline_violations(sheet: Measured) -> Iterator[Violation]:
     width, height = sheet.paper.sheet
-    sides = shapely.linearrings([(0, 0), (width, 0), (width, height), (0, height)])
+    outline = shapely.linearrings([(0, 0), (width, 0), (width, height), (0, height)])
     single = [edge for edge, beside in sheet.edges.items() if len(beside) == 1]
-    segments = shapely.linestrings([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in single])
-    away = shapely.hausdorff_distance(segments, shapely.shortest_line(segments, sides))
-    middles = shapely.line_interpolate_point(segments, 0.5, normalized=True)
-    off = np.maximum(away * 0, shapely.distance(middles, sides)) + _ends_off(segments, sides)
-    for index in np.flatnonzero(off > EXACT):
+    ends = np.array([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in single]).reshape(-1, 2, 2)
+    probes = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1)
+    away = shapely.distance(shapely.points(probes), outline).max(axis=1)
+    for index in np.flatnonzero(away > EXACT):
         edge = single[index]
         yield Violation("tiling", f"Edge {edge[0]}-{edge[1]} has one face but is not on the sheet's outline.",
                         sheet.edges[edge], (edge,))
-    length = float(np.sum(shapely.length(segments)))
+    length = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum())
     if abs(length - 2 * (width + height)) > EXACT:
         yield Violation("tiling", f"The outline is {length:.9f} long instead of {2 * (width + height):.9f}.")
+
+
+def planar_violations(sheet: Measured) -> Iterator[Violation]:
+    """Whether edges of the crease pattern meet in common vertices only, and at most two faces share an edge."""
+    for edge, beside in sheet.edges.items():
+        if len(beside) > 2:
+            yield Violation("planar", f"Edge {edge[0]}-{edge[1]} lies between {len(beside)} faces.", beside, (edge,))
+    edges = list(sheet.edges)
+    segments = shapely.linestrings([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in edges])
+    for first, second in shapely.STRtree(segments).query(segments, predicate="intersects").T:
+        if first < second and not set(edges[first]) & set(edges[second]):
+            yield Violation("planar", f"Edges {edges[first]} and {edges[second]} meet outside their vertices.",
+                            edges=(edges[first], edges[second]))
+    parts = len(sheet.corners) - len(edges) + len(sheet.paper.faces)
+    if parts != 1:
+        yield Violation("planar", f"The crease pattern is not one disc: vertices - edges + faces is {parts}.")

@@ -6,9 +6,9 @@ from typing import Literal
 
 Kind = Literal[
     "record", "isometry", "area", "planar", "tiling", "agreement", "parity", "letter",
-    "Maekawa", "Kawasaki", "taco-taco", "taco-tortilla", "tortilla-tortilla", "transitivity",
+    "Maekawa", "Kawasaki", "taco-taco", "taco-tortilla", "tortilla-tortilla",
 ]
-"""The condition that fails; the last four are crossings of layers."""
+"""The condition that fails; the last three are crossings of layers."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,162 @@
+"""Layers that cross: the conditions on the order of overlapping faces (Bern and Hayes; Akitaya et al.).
+
+Everything is shrunk by the slack first: what reaches into something else by less does not touch it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
+from folding_server.simulator.validity.violation import Kind, Violation, listed
+
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Stack:
+    """The faces as arrays over their index ``0..n-1`` in ``faces``, and the inner edges as arrays over theirs.
+
+    ``beside`` (m, 2) holds the indices of the two faces of an inner edge, ``segments`` (m, 2, 2) where the edge lies
+    read off the first, ``side`` (m, 2) on which side of it each of the two faces is, ``turned`` whether it is folded.
+    """
+
+    faces: Sequence[int]
+    edges: Sequence[EdgeKey]
+    rank: Ints
+    outlines: NDArray[Any]
+    beside: Ints
+    segments: Floats
+    side: Floats
+    turned: Bools
+
+    @cached_property
+    def overlapping(self) -> Bools:
+        """(n, n): faces that overlap by more than the slack."""
+        shrunk = shapely.buffer(self.outlines, -SLACK / 2, join_style="mitre")
+        found = np.zeros((len(self.faces), len(self.faces)), bool)
+        found[tuple(shapely.STRtree(shrunk).query(shrunk, predicate="intersects"))] = True
+        np.fill_diagonal(found, val=False)
+        return found
+
+
+def stack_of(sheet: Measured) -> Stack:
+    """The arrays of a measured paper."""
+    faces = list(sheet.paper.faces)
+    index = {face: i for i, face in enumerate(faces)}
+    beside = np.array([[index[f] for f in sheet.edges[e]] for e in sheet.inner], np.intp).reshape(-1, 2)
+    own = np.array([[sheet.segment(e, f) for f in sheet.edges[e]] for e in sheet.inner]).reshape(-1, 2, 2, 2)
+    centers = np.array([sheet.folded[face].mean(axis=0) for face in faces])
+    along, arm = own[:, :, 1] - own[:, :, 0], centers[beside] - own[:, :, 0]
+    side = np.sign(along[..., 0] * arm[..., 1] - along[..., 1] * arm[..., 0])
+    return Stack(
+        faces, sheet.inner, np.array([sheet.rank[face] for face in faces]),
+        np.array([shapely.Polygon(sheet.folded[face]) for face in faces]),
+        beside, own[:, 0], side, np.array([sheet.turned(edge) for edge in sheet.inner], bool),
+    )
+
+
+def crossing_violations(sheet: Measured) -> Iterator[Violation]:
+    """Every crossing of layers. The stack is one order of all faces, so transitivity holds if the record is sound."""
+    stack = stack_of(sheet)
+    if len(stack.edges):
+        yield from _through_faces(stack)
+        yield from _along_creases(stack)
+
+
+def _through_faces(stack: Stack) -> Iterator[Violation]:
+    """Edges that run through the inside of a face: a fold must not enclose it, flat neighbours lie on one side."""
+    core = shapely.buffer(stack.outlines, -SLACK, join_style="mitre")
+    lines = shapely.linestrings(stack.segments)
+    edge, face = shapely.STRtree(core).query(lines, predicate="intersects")
+    long = shapely.length(shapely.intersection(lines[edge], core[face])) > SLACK
+    first, second = stack.beside[edge].T
+    apart = (first != face) & (second != face) & stack.overlapping[first, face] & stack.overlapping[second, face]
+    between = (stack.rank[first] < stack.rank[face]) != (stack.rank[second] < stack.rank[face])
+    for i in np.flatnonzero(long & apart & between):
+        kind: Kind = "taco-tortilla" if stack.turned[edge[i]] else "tortilla-tortilla"
+        found = (stack.faces[first[i]], stack.faces[second[i]], stack.faces[face[i]])
+        u, v = stack.edges[edge[i]]
+        yield Violation(kind, f"Face {found[2]} lies between faces {found[0]} and {found[1]} but spans their edge "
+                        f"{u}-{v}.", found, ((u, v),))
+
+
+def _along_creases(stack: Stack) -> Iterator[Violation]:
+    """Pairs of inner edges that lie along one line: their four faces must not interleave."""
+    for i, j in _coincident(stack):
+        if stack.turned[i] and stack.turned[j]:
+            yield from _taco_taco(stack, i, j)
+        elif stack.turned[i] or stack.turned[j]:
+            yield from _taco_tortilla(stack, *((i, j) if stack.turned[i] else (j, i)))
+        else:
+            yield from _tortilla_tortilla(stack, i, j)
+
+
+def _coincident(stack: Stack) -> list[tuple[int, int]]:
+    """Pairs of inner edges that run along each other, within the slack, for more than the slack."""
+    lines = shapely.linestrings(stack.segments)
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=SLACK)
+    first, second = pairs[:, pairs[0] < pairs[1]]
+    start, along = stack.segments[first, 0], stack.segments[first, 1] - stack.segments[first, 0]
+    length = np.hypot(*along.T)
+    along = along / length[:, None]
+    arms = stack.segments[second] - start[:, None]
+    reach = np.einsum("kij,kj->ki", arms, along)
+    away = arms[..., 0] * along[:, None, 1] - arms[..., 1] * along[:, None, 0]
+    low, high = np.maximum(reach.min(axis=1), 0), np.minimum(reach.max(axis=1), length)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = (away[:, 1] - away[:, 0]) / (reach[:, 1] - reach[:, 0])
+        ends = np.abs(away[:, :1] + slope[:, None] * (np.stack([low, high], axis=1) - reach[:, :1]))
+    along_each_other = (high - low > SLACK) & (ends.max(axis=1) <= SLACK)
+    return [(int(i), int(j)) for i, j in zip(first[along_each_other], second[along_each_other], strict=True)]
+
+
+def _same_way(stack: Stack, i: int, j: int) -> float:
+    """1 if two coincident edges run the same way, else -1."""
+    along = stack.segments[[i, j], 1] - stack.segments[[i, j], 0]
+    return float(np.sign(along[0] @ along[1]))
+
+
+def _crossing(stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str) -> Violation:
+    ids = tuple(stack.faces[f] for f in faces)
+    names = tuple(stack.edges[e] for e in edges)
+    where = listed(f"{u}-{v}" for u, v in names)
+    return Violation(kind, f"Faces {listed(ids)} {what} along edges {where}.", ids, names)
+
+
+def _taco_taco(stack: Stack, i: int, j: int) -> Iterator[Violation]:
+    """Two folds on one side of a line: nested or apart, never interleaved."""
+    if stack.side[i, 0] != stack.side[j, 0] * _same_way(stack, i, j):
+        return
+    (a, b), (c, d) = stack.beside[i], stack.beside[j]
+    if len({a, b, c, d}) < 4 or not stack.overlapping[[a, a, b, b], [c, d, c, d]].all():
+        return
+    low, high = sorted((stack.rank[a], stack.rank[b]))
+    if (low < stack.rank[c] < high) != (low < stack.rank[d] < high):
+        yield _crossing(stack, "taco-taco", (a, b, c, d), (i, j), "interleave")
+
+
+def _taco_tortilla(stack: Stack, fold: int, flat: int) -> Iterator[Violation]:
+    """A fold and a flat pair along one line: the face of the pair on the fold's side is not inside the fold."""
+    a, b = stack.beside[fold]
+    on = stack.side[flat] * _same_way(stack, fold, flat) == stack.side[fold, 0]
+    for c in stack.beside[flat][on]:
+        outside = (stack.rank[a] < stack.rank[c]) == (stack.rank[b] < stack.rank[c])
+        if not outside and stack.overlapping[a, c] and stack.overlapping[b, c]:
+            yield _crossing(stack, "taco-tortilla", (a, b, c), (fold, flat), "cross")
+
+
+def _tortilla_tortilla(stack: Stack, i: int, j: int) -> Iterator[Violation]:
+    """Two flat pairs along one line: one pair is above the other on both sides of it."""
+    a, b = stack.beside[i]
+    c, d = stack.beside[j] if stack.side[i, 0] == stack.side[j, 0] * _same_way(stack, i, j) else stack.beside[j][::-1]
+    if not (stack.overlapping[a, c] and stack.overlapping[b, d]):
+        return
+    if (stack.rank[a] < stack.rank[c]) != (stack.rank[b] < stack.rank[d]):
+        yield _crossing(stack, "tortilla-tortilla", (a, b, c, d), (i, j), "cross")

@@ -1,0 +1,170 @@
+"""Validators: real papers pass, and each kind of impossible paper is named for what is wrong with it."""
+
+import json
+from dataclasses import replace
+from itertools import permutations
+
+import pytest
+from folding_schemas.actions import Program
+from folding_server.simulator import Paper, add_vertex, apply, flip, fold, new_paper, overlapping_pairs, rotate, unfold
+from folding_server.simulator.plane_geometry import Isometry
+from folding_server.simulator.validity import violations
+from paths import SHARED
+
+FIGURES = sorted((SHARED / "programs").glob("figure_*.json"))
+
+
+def kinds(paper: Paper) -> set[str]:
+    return {found.kind for found in violations(paper)}
+
+
+def book() -> Paper:
+    """A square folded in half: face 1 below, face 2 on top; edge 5-6 is the spine."""
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.5), (4, 3), 0.5)
+    return fold(paper, (5, 6), 1)
+
+
+def quarter() -> Paper:
+    """A square folded in half twice: four faces, one vertex in the middle."""
+    paper = add_vertex(add_vertex(book(), (1, 4), 0.5), (5, 6), 0.5)
+    return fold(paper, (7, 8), 1)
+
+
+def pleat() -> Paper:
+    """Three panels of width 0.3, 0.2 and 0.5, folded to and fro: the last reaches past both creases."""
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.3), (4, 3), 0.3)
+    paper = add_vertex(add_vertex(paper, (5, 2), 2 / 7), (6, 3), 2 / 7)
+    return fold(fold(paper, (7, 8), 1), (5, 6), 1)
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
+def test_every_state_of_the_published_figures_is_valid(path):
+    steps = json.loads(path.read_text())["steps"]
+    paper = new_paper()
+    for action in (a for step in Program.model_validate({"steps": steps}).steps for a in step):
+        paper = apply(paper, action)
+        assert violations(paper) == []
+
+
+@pytest.mark.parametrize("make", [new_paper, book, quarter, pleat])
+def test_simple_models_are_valid_turned_flipped_and_unfolded(make):
+    paper = make()
+    assert violations(paper) == []
+    assert violations(flip(rotate(paper, 33.0), "y=x")) == []
+    if paper.folds:
+        assert violations(unfold(paper)) == []
+
+
+def test_a_rectangle_is_a_sheet_too():
+    assert violations(fold(new_paper((2.0, 1.0)), (1, 3), 1)) == []
+    assert kinds(replace(new_paper(), sheet=(2.0, 1.0))) >= {"area", "tiling"}
+
+
+def test_a_face_left_out_of_the_stack_is_a_broken_record():
+    assert kinds(replace(book(), order=(1, 1))) == {"record"}
+
+
+def test_an_unknown_vertex_is_a_broken_record():
+    assert kinds(replace(new_paper(), faces={1: (1, 2, 3, 9)})) == {"record"}
+
+
+def test_a_vertex_on_no_face_is_a_broken_record():
+    paper = new_paper()
+    assert kinds(replace(paper, places={**paper.places, 5: (0.5, 0.5)})) == {"record"}
+
+
+def test_a_stretched_face_is_no_isometry():
+    paper = book()
+    stretched = Isometry(1.001, 0.0, 0.0, 1.0, 0.0, 0.0)
+    (found,) = violations(replace(paper, isometries={**paper.isometries, 1: stretched}))
+    assert (found.kind, found.faces) == ("isometry", (1,))
+
+
+def test_a_corner_pulled_off_the_sheet_is_named_by_its_edges():
+    paper = new_paper()
+    found = violations(replace(paper, places={**paper.places, 2: (1.1, 1.0)}))
+    assert {v.kind for v in found} == {"area", "tiling"}
+    assert {(1, 2), (2, 3)} & {edge for v in found for edge in v.edges}
+
+
+def test_a_dented_face_is_not_convex():
+    paper = add_vertex(new_paper(), (1, 2), 0.5)
+    dented = replace(paper, places={**paper.places, 5: (0.5, 0.9)})
+    assert any("convex" in v.detail for v in violations(dented))
+
+
+def test_edges_that_cross_are_not_planar():
+    paper = quarter()
+    moved = replace(paper, places={**paper.places, 8: (1.3, 0.5)})
+    assert "planar" in kinds(moved)
+
+
+def test_two_faces_on_one_side_of_an_edge_do_not_tile():
+    paper = book()
+    assert "tiling" in kinds(replace(paper, faces={**paper.faces, 2: paper.faces[2][::-1]}))
+
+
+def test_a_face_torn_off_disagrees_on_its_vertices():
+    paper = book()
+    away = Isometry(1.0, 0.0, 0.0, 1.0, 0.01, 0.0).after(paper.isometries[2])
+    found = violations(replace(paper, isometries={**paper.isometries, 2: away}))
+    assert {v.vertices for v in found if v.kind == "agreement"} == {(5,), (6,)}
+
+
+def test_a_wrong_letter_breaks_parity_only_if_it_hides_a_fold():
+    class Mislabelled(Paper):
+        def letter(self, edge):
+            return {"V": wrong}.get(super().letter(edge), super().letter(edge))
+
+    paper = Mislabelled(**{name: getattr(book(), name) for name in Paper.__dataclass_fields__})
+    wrong = "M"
+    assert kinds(paper) == {"letter"}
+    wrong = "F"
+    assert kinds(paper) == {"letter", "parity"}
+
+
+def test_of_24_stacks_of_a_quartered_sheet_the_eight_possible_ones_pass():
+    paper = quarter()
+    results = [kinds(replace(paper, order=stack)) for stack in permutations(paper.order)]
+    assert results.count(set()) == 8
+    assert all(found == {"Maekawa", "taco-taco"} for found in results if found)
+
+
+def test_a_vertex_off_its_place_breaks_kawasaki():
+    paper = quarter()
+    assert "Kawasaki" in kinds(replace(paper, places={**paper.places, 8: (0.55, 0.6)}))
+
+
+def test_a_long_panel_inside_a_fold_it_reaches_out_of_crosses_it():
+    paper = pleat()
+    first, second, third, last = paper.order
+    assert kinds(replace(paper, order=(first, third, second, last))) == {"taco-tortilla"}
+
+
+def test_a_flat_crease_woven_through_another_crosses_it():
+    paper = unfold(quarter())
+    assert violations(paper) == []
+    (lower, upper) = next(pair for pair in overlapping_pairs(paper))
+    swapped = {lower: upper, upper: lower}
+    woven = replace(paper, order=tuple(swapped.get(face, face) for face in paper.order))
+    assert kinds(woven) == {"Maekawa", "tortilla-tortilla"}
+
+
+def test_a_fold_around_half_of_a_flat_pair_crosses_it():
+    """A strip of four panels: a mark, a fold back over the second, and a fold with its spine along the mark."""
+    paper = add_vertex(add_vertex(new_paper((4.0, 1.0)), (1, 2), 0.25), (4, 3), 0.25)
+    paper = unfold(fold(paper, (5, 6), 1))
+    paper = add_vertex(add_vertex(paper, (5, 2), 1 / 3), (6, 3), 1 / 3)
+    paper = fold(paper, (7, 8), 1)
+    paper = add_vertex(add_vertex(paper, (7, 2), 0.5), (8, 3), 0.5)
+    paper = fold(paper, (9, 10), -1)
+    assert violations(paper) == []
+    first, second, third, last = paper.order
+    assert kinds(replace(paper, order=(first, third, second, last))) == {"taco-tortilla"}
+
+
+def test_a_sliver_thinner_than_the_slack_has_no_place_in_the_stack():
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.5), (4, 3), 0.5)
+    paper = add_vertex(add_vertex(paper, (5, 2), 0.0003), (6, 3), 0.0003)
+    paper = fold(paper, (5, 6), 1)
+    assert violations(paper) == []
