@@ -100,9 +100,7 @@ def encode_png(rgb: Rgb, caption: str = "") -> Picture:
 
 
 def encode_jpeg(rgb: Rgb, quality: int, caption: str = "") -> Picture:
-def encode_for_model(
-    rgb: Rgb, longest: int = MODEL_SIDE, max_bytes: int = MAX_BYTES, caption: str = ""
-) -> Picture:
+    """`rgb` as a JPEG of a quality of 1 to 95, colours at full resolution: thin edges keep their colour."""
     buffer = io.BytesIO()
     Image.fromarray(rgb).save(buffer, "JPEG", quality=quality, subsampling=0)
     return Picture(buffer.getvalue(), "image/jpeg", rgb.shape[1], rgb.shape[0], caption)

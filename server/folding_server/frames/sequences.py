@@ -45,7 +45,7 @@ class Sequence:
         return self.keyframes[frame - 1]
 
     def photo(self, frame: int) -> Rgb:
-    """One folding: frames count from 1, `keyframes` holds each frame's index in the video.
+        """Keyframe `frame` in full size: RGB, shape (height, width, 3), read-only; PhotoError if broken."""
         return self.image(self.index(frame))
 
     def image(self, index: int) -> Rgb:
@@ -111,7 +111,7 @@ class Sequence:
 def load_sequence(folder: Path, cache: PhotoCache | None = None) -> Sequence:
     """The sequence in `folder`: the manifest is read, each keyframe's file looked for, no pixels read.
 
-    """The sequence in `folder`: its manifest is read, keyframes are looked for, no pixels are read.
+    Raises PhotoError, one sentence, for a missing folder or image and for anything wrong with the manifest.
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
