@@ -1,1 +1,8 @@
-"""Placeholder"""
+"""The event store: runs as append-only events in one database, and views that are pure functions of those
+events.
+
+``events`` says what can happen to a run, ``views`` what a run's events amount to, ``rules`` what a run's
+history allows next, ``database`` where events are kept, ``run_ids`` how runs are named, and ``runs`` joins
+them in ``RunStore``, the one class that the tools use. The store knows no geometry: a state is the list of
+the actions that lead to it from the flat sheet.
+"""

@@ -1,0 +1,187 @@
+"""The store against a plain model of the rules, driven by random calls."""
+
+from dataclasses import dataclass, field
+
+import hypothesis.strategies as st
+import pytest
+from folding_schemas.actions import Rotate
+from folding_server.errors import RunError
+from folding_server.store.runs import RunStore
+from folding_server.store.views import RunView, fold_events
+from hypothesis import settings
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+FRAMES = 4
+BUDGET = 2
+
+Steps = list[list[int]]
+
+
+@dataclass
+class Tried:
+    """An attempt of the model: the steps of the chain it grew from, its own, and whether it has ended."""
+
+    chain: Steps
+    actions: list[int]
+    ended: bool = False
+
+
+@dataclass
+class Model:
+    """The rules once more, with lists of numbers for actions: ``chain`` holds the actions of each saved frame."""
+
+    chain: Steps = field(default_factory=list)
+    base: int = 0
+    pending: list[int] = field(default_factory=list)
+    tried: dict[int, list[Tried]] = field(default_factory=lambda: {frame: [] for frame in range(1, FRAMES + 1)})
+    restores: dict[int, int] = field(default_factory=dict)
+    locked: int = 0
+
+    def open(self) -> Tried | None:
+        tried = self.tried.get(self.base + 1, [])
+        return tried[-1] if tried and not tried[-1].ended else None
+
+    def choosable(self, tried: Tried) -> bool:
+        return tried.chain[: self.locked] == self.chain[: self.locked]
+
+    def may_try(self) -> bool:
+        """Whether an attempt is open or another may begin."""
+        if self.base + 1 > FRAMES:
+            return False
+        return bool(self.open()) or sum(map(self.choosable, self.tried[self.base + 1])) < BUDGET
+
+    def begin(self) -> Tried:
+        if not self.open():
+            self.tried[self.base + 1].append(Tried(self.chain[: self.base], []))
+        return self.tried[self.base + 1][-1]
+
+    def end(self) -> None:
+        if tried := self.open():
+            tried.ended = True
+
+    def stand_on(self, chain: Steps) -> None:
+        if self.chain[: len(chain)] != chain:
+            self.chain = chain
+        self.base, self.pending = len(chain), []
+
+
+class StoreMachine(RuleBasedStateMachine):
+    """Every call answers as the model says, and refuses exactly when the model does."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.store = RunStore("sqlite://")
+        self.run_id = self.store.create(sequence="cat", frames=FRAMES, budget=BUDGET).run_id
+        self.model = Model()
+
+    def teardown(self) -> None:
+        self.store.close()
+
+    @rule(angle=st.integers(0, 1))
+    def act(self, angle: int) -> None:
+        if not self.model.base or not self.model.may_try():
+            with pytest.raises(RunError):
+                self.store.act(self.run_id, Rotate(angle=angle))
+            return
+        self.store.act(self.run_id, Rotate(angle=angle))
+        tried = self.model.begin()
+        self.model.pending.append(angle)
+        tried.actions = list(self.model.pending)
+
+    @rule()
+    def undo(self) -> None:
+        if not self.model.pending:
+            with pytest.raises(RunError):
+                self.store.undo(self.run_id)
+            return
+        self.store.undo(self.run_id)
+        self.model.pending.pop()
+        self.model.begin().actions = list(self.model.pending)
+
+    @rule(offset=st.sampled_from([1, 1, 1, 0, -1, 2]))
+    def save(self, offset: int) -> None:
+        model, frame = self.model, self.model.base + offset
+        if offset != 1 or frame > FRAMES or (frame > 1 and not model.may_try()):
+            with pytest.raises(RunError):
+                self.store.save(self.run_id, frame)
+            return
+        self.store.save(self.run_id, frame)
+        if frame > 1:
+            model.begin().ended = True
+        model.stand_on([*model.chain[: model.base], model.pending])
+
+    @rule(frame=st.integers(0, FRAMES + 1))
+    def restore(self, frame: int) -> None:
+        model = self.model
+        if not 1 <= frame <= len(model.chain) or frame < model.locked:
+            with pytest.raises(RunError):
+                self.store.restore(self.run_id, frame)
+            return
+        self.store.restore(self.run_id, frame)
+        model.end()
+        model.base, model.pending = frame, []
+        model.restores[frame] = model.restores.get(frame, 0) + 1
+
+    @precondition(lambda self: any(self.model.tried.values()))
+    @rule(frame=st.integers(1, FRAMES), number=st.integers(0, 3))
+    def commit(self, frame: int, number: int) -> None:
+        model = self.model
+        tried = model.tried[frame]
+        allowed = frame > model.locked and 1 <= number <= len(tried) and model.choosable(tried[number - 1])
+        if not allowed:
+            with pytest.raises(RunError):
+                self.store.commit(self.run_id, frame, number)
+            return
+        self.store.commit(self.run_id, frame, number)
+        chosen = tried[number - 1]
+        model.end()
+        model.stand_on([*chosen.chain, chosen.actions])
+        model.locked = frame
+
+    @rule()
+    def forget(self) -> None:
+        self.store._views.clear()
+
+    @invariant()
+    def agrees_with_the_model(self) -> None:
+        view, model = self.store.load(self.run_id), self.model
+        assert [angles(view.checkpoints[f].actions) for f in sorted(view.checkpoints)] == model.chain
+        assert sorted(view.checkpoints) == list(range(1, len(model.chain) + 1))
+        assert (view.base, angles(view.pending), view.locked_to) == (model.base, model.pending, model.locked)
+        assert view.restores == model.restores
+        assert view.complete == (len(model.chain) == FRAMES)
+        for frame, tried in model.tried.items():
+            made = view.attempts.get(frame, ())
+            assert [angles(each.actions) for each in made] == [each.actions for each in tried]
+            assert [each.outcome != "open" for each in made] == [each.ended for each in tried]
+
+    @invariant()
+    def paths_are_the_sums_of_their_steps(self) -> None:
+        view = self.store.load(self.run_id)
+        path: tuple[object, ...] = ()
+        for frame in sorted(view.checkpoints):
+            path += view.checkpoints[frame].actions
+            assert view.checkpoints[frame].path == path
+
+    @invariant()
+    def the_view_is_a_function_of_the_events_alone(self) -> None:
+        assert fold_events(self.run_id, self.store.history(self.run_id)) == self.store.load(self.run_id)
+
+    @invariant()
+    def there_is_always_a_way_on(self) -> None:
+        assert can_go_on(self.store.load(self.run_id), self.model)
+
+
+def angles(actions: tuple[object, ...]) -> list[int]:
+    return [int(action.angle) for action in actions if isinstance(action, Rotate)]
+
+
+def can_go_on(view: RunView, model: Model) -> bool:
+    """A run is never stuck: it is at its end, or can act, or has an attempt at the next frame to commit."""
+    if view.next_frame is None or not view.base or model.may_try():
+        return True
+    return any(view.committable(attempt) for attempt in view.attempts[view.next_frame])
+
+
+StoreMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+TestStoreMachine = StoreMachine.TestCase
