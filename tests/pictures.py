@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +25,10 @@ def noise(width: int, height: int, seed: int = 0) -> Rgb:
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3), np.uint8)
 
 
-def write_image(path: Path, image: Rgb | None = None, **options: Any) -> Path:
+def write_image(path: Path, image: Rgb | None = None, **options: object) -> Path:
     """Write `image` (quadrants by default) in the format of the suffix."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(quadrants() if image is None else image).save(path, **options)
+    Image.fromarray(quadrants() if image is None else image).save(path, **options)  # type: ignore[arg-type]
     return path
 
 
@@ -41,7 +40,9 @@ def write_manifest(folder: Path, content: object = None, **keys: object) -> Path
     return path
 
 
-def write_sequence_folder(folder: Path, keyframes: list[int], others: tuple[int, ...] = (), **keys: object) -> Path:
+def write_sequence_folder(
+    folder: Path, keyframes: list[int], others: tuple[int, ...] = (), **keys: object
+) -> Path:
     """A whole sequence: each image is a grey of its index, 96 by 64."""
     write_manifest(folder, **{"name": folder.name, "frames": "frames", "keyframes": keyframes, **keys})
     for index in [*keyframes, *others]:
