@@ -24,9 +24,10 @@ class SequenceInfo(Wire):
 
 
 class SequenceList(Wire):
-    """Answer of ``list_sequences``."""
+    """Answer of ``list_sequences``; ``problems`` has one sentence for each folder that cannot be served."""
 
     sequences: list[SequenceInfo]
+    problems: list[str] = []
 
 
 class RunInfo(Wire):
@@ -111,10 +112,13 @@ class CheckpointSaved(Wire):
 
 
 class CheckpointRestored(Wire):
-    """Answer of ``restore_checkpoint``; ``next_attempt`` is the number that the next action's attempt will have."""
+    """Answer of ``restore_checkpoint``.
+
+    ``next_attempt`` is the number that the next action's attempt will have; None in a free fold and at the last frame.
+    """
 
     frame: int
-    next_attempt: int
+    next_attempt: int | None
     restore_count: int
     state: FoldedState
 

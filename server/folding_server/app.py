@@ -1,0 +1,77 @@
+"""The MCP server: tools, resources and prompts around one desk, and the boundary where errors become answers."""
+
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from importlib.metadata import version
+from typing import Any
+
+from folding_prompts import prompt
+from mcp.server.lowlevel.helper_types import ReadResourceContents
+from mcp.server.mcpserver import Context, MCPServer
+from mcp.server.mcpserver.exceptions import ResourceError, ResourceNotFoundError, ToolError, UnexpectedToolError
+from mcp.server.mcpserver.tools import Tool
+from mcp.types import CallToolResult, InputRequiredResult
+from pydantic import AnyUrl, ValidationError
+
+from folding_server.errors import FoldingError
+from folding_server.tools import catalogue, guides, refusals, resources
+from folding_server.tools.desk import Desk
+
+
+class FoldingServer(MCPServer[Desk]):
+    """An MCP server around one desk. What a caller can mend leaves it as one plain sentence."""
+
+    def __init__(self, desk: Desk) -> None:
+        tools = catalogue.tools()
+        self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
+        super().__init__(
+            "foldingagent",
+            title="FoldingAgent",
+            version=version("foldingagent-mcp"),
+            instructions=prompt("server/instructions"),
+            tools=tools,
+            log_level="WARNING",
+            lifespan=_serving(desk),
+        )
+        resources.register(self, desk)
+        guides.register(self)
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context[Desk, Any] | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        """Call a tool. ToolError for an unknown tool, arguments it does not take, and whatever it refuses."""
+        tool = self.catalogue.get(name)
+        if tool is None:
+            raise ToolError(refusals.unknown_tool(name, self.catalogue))
+        if refusal := refusals.unknown_arguments(name, tool.parameters, arguments):
+            raise ToolError(refusal)
+        try:
+            return await super().call_tool(name, arguments, context)
+        except ToolError as error:
+            cause = error.__cause__
+            if isinstance(cause, FoldingError):
+                raise ToolError(str(cause)) from cause
+            if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
+                raise ToolError(refusals.bad_arguments(name, tool.parameters, arguments, cause)) from cause
+            raise
+
+    async def read_resource(
+        self, uri: AnyUrl | str, context: Context[Desk, Any] | None = None
+    ) -> Iterable[ReadResourceContents] | InputRequiredResult:
+        """Read a resource. ResourceNotFoundError with the reason where a run, sequence or frame is not there."""
+        try:
+            return await super().read_resource(uri, context)
+        except ResourceError as error:
+            if isinstance(error.__cause__, FoldingError):
+                raise ResourceNotFoundError(str(error.__cause__)) from error.__cause__
+            raise
+
+
+def _serving(desk: Desk) -> Callable[[MCPServer[Desk]], AbstractAsyncContextManager[Desk]]:
+    """A lifespan that hands every call the one desk. Whoever made the desk closes it."""
+
+    @asynccontextmanager
+    async def lifespan(_server: MCPServer[Desk]) -> AsyncIterator[Desk]:
+        yield desk
+
+    return lifespan

@@ -1,0 +1,42 @@
+"""The arguments that tools share, with what is allowed in words.
+
+Each description is a noun phrase: hosts show it to their model, and a refusal says "must be" before it.
+"""
+
+from typing import Annotated
+
+from folding_schemas.actions import Direction, FlipAxis
+from pydantic import BeforeValidator, Field
+
+
+def _number(value: object) -> object:
+    """A whole number that arrives as text or with a point, as the number it means; anything else as it is."""
+    try:
+        return int(value) if isinstance(value, str | float) and float(value) == int(value) else value
+    except ValueError:
+        return value
+
+
+RunId = Annotated[
+    str | None,
+    Field(description="the id of a run, as open_run answered it; left out, the run opened last in this process"),
+]
+VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids of the current state, [u, v]")]
+Fraction = Annotated[
+    float,
+    Field(ge=0, le=1, description="a fraction of the way from u to v, between 0 and 1"),
+]
+Side = Annotated[
+    Direction,
+    BeforeValidator(_number),
+    Field(description="1 (the side above the line moves, or right of an upright one) or -1 (the other side moves)"),
+]
+Degrees = Annotated[
+    float,
+    Field(allow_inf_nan=False, description="a number of degrees, positive clockwise"),
+]
+Axis = Annotated[FlipAxis, Field(description="one of x, y, y=x and y=-x")]
+Frame = Annotated[int, Field(ge=1, description="the number of a keyframe, counted from 1")]
+LaterFrame = Annotated[
+    int, Field(ge=2, description="the number of the later keyframe of a transition, from 2 to the last")
+]

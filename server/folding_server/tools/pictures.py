@@ -1,0 +1,53 @@
+"""The pictures that several tools show: diagrams of papers, and panels made of photos and diagrams."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from folding_server.simulator import Paper
+
+if TYPE_CHECKING:
+    from folding_server.frames.pictures import Picture, Rgb
+    from folding_server.store.views import RunView
+
+DIAGRAM_SIZE = 768
+"""Side of a diagram in pixels."""
+
+SMALL_SIZE = 480
+"""Side in pixels of a diagram among others."""
+
+
+def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> str:
+    """A paper in the colours of its run, as SVG."""
+    from folding_server.diagram.colors import colors_of  # noqa: PLC0415
+    from folding_server.diagram.drawing import draw_svg  # noqa: PLC0415  (loads shapely)
+
+    return draw_svg(paper, colors_of(run.front_color, run.back_color), labels, size)
+
+
+def diagram(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> "Picture":
+    """A paper in the colours of its run, as PNG."""
+    from folding_server.diagram.rasterise import rasterise  # noqa: PLC0415
+    from folding_server.frames.pictures import Picture  # noqa: PLC0415
+
+    png = rasterise(diagram_svg(run, paper, labels=labels, size=size), size)
+    return Picture(png, "image/png", size, size)
+
+
+def overview(photos: Sequence["Rgb"], diagrams: Sequence["Picture | None"], captions: Sequence[str]) -> "Picture":
+    """Photos above, diagrams below (blank where there is none), as one JPEG that a model can read."""
+    from folding_server.frames.panels import columns  # noqa: PLC0415
+    from folding_server.frames.pictures import encode_for_model  # noqa: PLC0415
+
+    panel = columns(photos, [_pixels(drawn) for drawn in diagrams], captions)
+    return encode_for_model(panel, max(panel.shape))
+
+
+def _pixels(drawn: "Picture | None") -> "Rgb":
+    """The pixels of a diagram; a light blank where there is none."""
+    import numpy as np  # noqa: PLC0415
+
+    from folding_server.frames.pictures import decode_bytes  # noqa: PLC0415
+
+    if drawn is None:
+        return np.full((SMALL_SIZE, SMALL_SIZE, 3), 245, dtype=np.uint8)
+    return decode_bytes(drawn.data, "the diagram")

@@ -1,0 +1,61 @@
+"""Where a run stands, as data and in a few words."""
+
+from folding_schemas.actions import Action
+from folding_schemas.results import RunInfo
+
+from folding_server.errors import RunError
+from folding_server.simulator.vertices import listed
+from folding_server.store.views import Checkpoint, RunView
+
+
+def run_info(run: RunView) -> RunInfo:
+    """The run as hosts see it."""
+    return RunInfo(
+        run_id=run.run_id,
+        sequence=run.sequence,
+        frames=run.frames,
+        front_color=run.front_color,
+        back_color=run.back_color,
+        saved=sorted(run.checkpoints),
+        next_frame=run.next_frame,
+        pending=list(run.pending),
+        attempts={frame: len(made) for frame, made in run.attempts.items()},
+        restores=dict(run.restores),
+        budget=run.budget or 0,
+        locked_to=run.locked_to,
+        complete=run.complete,
+        program=run.program(),
+    )
+
+
+def checkpoint_at(run: RunView, frame: int) -> Checkpoint:
+    """The checkpoint of a frame. RunError, naming the saved frames, if there is none."""
+    if frame not in run.checkpoints:
+        saved = listed(run.checkpoints) or "none"
+        raise RunError(f"Frame {frame} has no checkpoint; saved frames: {saved}. Use save_checkpoint to make one.")
+    return run.checkpoints[frame]
+
+
+def next_step(run: RunView) -> str:
+    """What there is to do next, in one sentence."""
+    if run.free:
+        return "Fold as you like; there are no photos to match."
+    if run.complete:
+        return f"All {run.frames} frames are saved."
+    if not run.base:
+        return "Next: save_checkpoint(1), the flat sheet."
+    if run.next_frame is None:
+        return f"This is the last frame, {run.frames}; earlier ones are missing."
+    return f"Next: frame {run.next_frame}."
+
+
+def attempt_in_words(run: RunView) -> str:
+    """Which attempt at which frame the pending actions belong to; empty in a free fold."""
+    attempt = run.open_attempt
+    return f"Attempt {attempt.number} of {run.budget} at frame {attempt.frame}." if attempt else ""
+
+
+def described(action: Action) -> str:
+    """An action as it would be called, such as ``fold([1, 3], 1)``."""
+    values = action.model_dump(mode="json", exclude={"action"}, exclude_none=True)
+    return f"{action.action}({', '.join(str(value) for value in values.values())})"
