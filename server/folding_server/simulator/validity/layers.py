@@ -73,7 +73,7 @@ def crossing_violations(sheet: Measured) -> Iterator[Violation]:
 def _through_faces(stack: Stack) -> Iterator[Violation]:
     """Edges that run through the inside of a face: a fold must not enclose it, flat neighbours lie on one side."""
     core = shapely.buffer(stack.outlines, -SLACK, join_style="mitre")
-    lines = shapely.linestrings(stack.segments)
+    lines = np.asarray(shapely.linestrings(stack.segments))
     edge, face = shapely.STRtree(core).query(lines, predicate="intersects")
     long = shapely.length(shapely.intersection(lines[edge], core[face])) > SLACK
     first, second = stack.beside[edge].T
@@ -99,22 +99,20 @@ def _along_creases(stack: Stack) -> Iterator[Violation]:
 
 
 def _coincident(stack: Stack) -> list[tuple[int, int]]:
-    """Pairs of inner edges that run along each other, within the slack, for more than the slack."""
-    lines = shapely.linestrings(stack.segments)
+    """Pairs of inner edges that run along each other for more than the slack: the shorter lies along the longer."""
+    lines = np.asarray(shapely.linestrings(stack.segments))
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=SLACK)
-    first, second = pairs[:, pairs[0] < pairs[1]]
-    start, along = stack.segments[first, 0], stack.segments[first, 1] - stack.segments[first, 0]
-    length = np.hypot(*along.T)
-    along = along / length[:, None]
-    arms = stack.segments[second] - start[:, None]
+    pairs = pairs[:, pairs[0] < pairs[1]]
+    length = np.hypot(*(stack.segments[:, 1] - stack.segments[:, 0]).T)
+    long, short = np.where(length[pairs[0]] >= length[pairs[1]], pairs, pairs[::-1])
+    start = stack.segments[long, :1]
+    along = (stack.segments[long, 1] - stack.segments[long, 0]) / length[long, None]
+    arms = stack.segments[short] - start
     reach = np.einsum("kij,kj->ki", arms, along)
     away = arms[..., 0] * along[:, None, 1] - arms[..., 1] * along[:, None, 0]
-    low, high = np.maximum(reach.min(axis=1), 0), np.minimum(reach.max(axis=1), length)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = (away[:, 1] - away[:, 0]) / (reach[:, 1] - reach[:, 0])
-        ends = np.abs(away[:, :1] + slope[:, None] * (np.stack([low, high], axis=1) - reach[:, :1]))
-    along_each_other = (high - low > SLACK) & (ends.max(axis=1) <= SLACK)
-    return [(int(i), int(j)) for i, j in zip(first[along_each_other], second[along_each_other], strict=True)]
+    shared = np.minimum(reach.max(axis=1), length[long]) - np.maximum(reach.min(axis=1), 0)
+    found = (shared > SLACK) & (np.abs(away).max(axis=1) <= SLACK)
+    return [(int(i), int(j)) for i, j in pairs[:, found].T]
 
 
 def _same_way(stack: Stack, i: int, j: int) -> float:
