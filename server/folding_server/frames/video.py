@@ -1,0 +1,258 @@
+"""Videos as images by index: rotation and mirroring applied, any frame rate, by random access or in order."""
+
+import bisect
+from collections.abc import Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.sidedata.sidedata import SideData
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+from folding_server.errors import PhotoError
+from folding_server.frames.pictures import MAX_PIXELS, MIN_SIDE, Rgb
+from folding_server.frames.sources import file_stamp
+
+FORMATS = (
+    "mov,mp4,matroska,webm,avi,mpegts,mpeg,mpegvideo,m4v,h264,hevc,flv,asf,ogg,gif,mjpeg,mxf,wav,mp3,aac,flac"
+)
+"""Containers that are opened; playlists, which lead to other files, are not among them."""
+_CUT_SECONDS = 1.0
+_CUT_PART = 0.05
+_ATTACHED = av.stream.Disposition.attached_pic
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One image of a video: its index, its time in seconds from the first image, its pixels."""
+
+    index: int
+    seconds: float
+    image: Rgb
+
+
+@dataclass(frozen=True)
+class Video:
+    """A video whose images are counted from 0 in the order they are shown.
+
+    `times` holds each image's time in seconds from the first; `stamps` its time stamp in the file, None where the
+    file has no usable ones, and `keys` the stamps of the images that can be decoded on their own.
+    """
+
+    path: Path
+    times: tuple[float, ...] = field(repr=False)
+    stamps: tuple[int, ...] | None = field(repr=False)
+    keys: tuple[int, ...] = field(repr=False)
+
+    def indices(self) -> range:
+        """The indices of all images, from 0."""
+        return range(len(self.times))
+
+    def files(self, indices: Sequence[int]) -> list[Path]:
+        """The video's own file; PhotoError if an index lies outside the video."""
+        for index in indices:
+            self._check(index)
+        return [self.path]
+
+    def stamp(self, index: int) -> Hashable:
+        """Path, time of change and size of the video's file."""
+        self._check(index)
+        return file_stamp(self.path)
+
+    def read(self, index: int, longest: int | None = None) -> Rgb:
+        """The image at `index`, upright, scaled down to `longest` if given; PhotoError if it cannot be decoded."""
+        return next(self.read_each([index], longest)).image
+
+    def read_each(self, indices: Sequence[int], longest: int | None = None) -> Iterator[Moment]:
+        """The images at `indices` (increasing), decoded in one pass that skips what lies between where it can.
+
+        Raises PhotoError for an index outside the video and for an image that cannot be decoded.
+        """
+        self.files(indices)
+        with _opened(self.path) as (container, stream):
+            walk = _Walk(self, container, stream)
+            for index in indices:
+                yield Moment(index, self.times[index], _pixels(walk.frame(index), longest))
+
+    def moments(self, longest: int, rate: float) -> Iterator[Moment]:
+        """The images in order, at most `rate` a second, scaled down to `longest`; broken ones are left out."""
+        due = 0.0
+        with _opened(self.path) as (container, stream):
+            for index, frame in _decoded(self, container, stream):
+                if self.times[index] + 1e-9 >= due:
+                    due = max(due + 1 / rate, self.times[index] + 0.5 / rate)
+                    yield Moment(index, self.times[index], _pixels(frame, longest))
+
+    def _check(self, index: int) -> None:
+        if not 0 <= index < len(self.times):
+            raise PhotoError(
+                f"image {index} is not in {self.path.name}, whose images are 0..{len(self.times) - 1}"
+            )
+
+
+def open_video(path: Path) -> Video:
+    """The video at `path`; its images are counted, none is decoded.
+
+    Raises PhotoError for a missing file, a file without moving pictures, and one that is cut off.
+    """
+    if not path.is_file():
+        raise PhotoError(f"there is no video {path.name} in {path.parent.name or path.parent}")
+    with _opened(path) as (container, stream):
+        stamps, keys, end, cut = _survey(container, stream)
+        promised = (container.duration or 0) / av.time_base
+        _check_size(path, stream)
+        if cut or (stamps and end < promised - max(_CUT_SECONDS, _CUT_PART * promised)):
+            raise PhotoError(
+                f"{path.name} is cut off: {end:.1f} of {promised:.1f} s are there, copy it again"
+            )
+        return _video(path, stamps, keys, stream)
+
+
+def _video(path: Path, stamps: list[int | None], keys: list[int], stream: VideoStream) -> Video:
+    """The record of a video from the time stamps of its packets."""
+    if not stamps:
+        raise PhotoError(f"{path.name} holds no images that can be read: it is cut off or not a video")
+    known = sorted({stamp for stamp in stamps if stamp is not None})
+    if len(known) == len(stamps) and stream.time_base:
+        times = tuple(float((stamp - known[0]) * stream.time_base) for stamp in known)
+        return Video(path, times, tuple(known), tuple(sorted(keys)))
+    rate = stream.average_rate or Fraction(25)
+    return Video(path, tuple(float(index / rate) for index in range(len(stamps))), None, ())
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
+    """The container and its first stream of moving pictures; the library's errors become one sentence."""
+    try:
+        with av.open(str(path.resolve()), options={"format_whitelist": FORMATS}) as container:
+            streams = [stream for stream in container.streams.video if not stream.disposition & _ATTACHED]
+            if not streams:
+                kind = "only sound" if container.streams.audio else "neither pictures nor sound"
+                raise PhotoError(f"{path.name} is no video: it holds {kind}")
+            if getattr(streams[0], "codec_context", None) is None:
+                raise PhotoError(f"{path.name} cannot be decoded: it is cut off or of an unknown encoding")
+            streams[0].thread_type = "AUTO"
+            yield container, streams[0]
+    except (av.FFmpegError, UnicodeDecodeError) as error:
+        raise PhotoError(f"{path.name} cannot be read as a video: it is cut off or not a video") from error
+
+
+def _survey(
+    container: InputContainer, stream: VideoStream
+) -> tuple[list[int | None], list[int], float, bool]:
+    """Time stamps of all images and of those that stand alone, the last second of any stream, whether data lacks."""
+    stamps: list[int | None] = []
+    keys: list[int] = []
+    end, cut = 0.0, False
+    for packet in container.demux():
+        if packet.size == 0:
+            continue
+        cut = cut or packet.is_corrupt
+        at = packet.pts if packet.pts is not None else packet.dts
+        if at is not None and packet.time_base:
+            end = max(end, float((at + (packet.duration or 0)) * packet.time_base))
+        if packet.stream_index == stream.index and not packet.is_discard:
+            stamps.append(packet.pts)
+            if packet.is_keyframe and packet.pts is not None:
+                keys.append(packet.pts)
+    start = (container.start_time or 0) / av.time_base
+    return stamps, keys, end - max(0.0, start), cut
+
+
+def _check_size(path: Path, stream: VideoStream) -> None:
+    if min(stream.width, stream.height) < MIN_SIDE or stream.width * stream.height > MAX_PIXELS:
+        raise PhotoError(
+            f"{path.name} has images of {stream.width}x{stream.height} pixels: "
+            f"at least {MIN_SIDE}x{MIN_SIDE} and at most {MAX_PIXELS // 10**6} million pixels are read"
+        )
+
+
+def _decoded(
+    video: Video, container: InputContainer, stream: VideoStream
+) -> Iterator[tuple[int, av.VideoFrame]]:
+    """Index and frame of what can be decoded from where the container stands; packets that cannot are passed over."""
+    count = 0
+    for packet in container.demux(stream):
+        try:
+            frames = packet.decode()
+        except av.InvalidDataError:
+            continue
+        for frame in frames:
+            index = _index(video, frame, count)
+            count += 1
+            if index is not None:
+                yield index, frame
+
+
+def _index(video: Video, frame: av.VideoFrame, count: int) -> int | None:
+    """The frame's index: by its time stamp or, without those, by counting."""
+    if video.stamps is None:
+        return count if count < len(video.times) else None
+    place = bisect.bisect_left(video.stamps, frame.pts) if frame.pts is not None else len(video.stamps)
+    return place if place < len(video.stamps) and video.stamps[place] == frame.pts else None
+
+
+class _Walk:
+    """Decodes chosen images in order, jumping ahead only where an image that stands alone lets it."""
+
+    def __init__(self, video: Video, container: InputContainer, stream: VideoStream) -> None:
+        self._video, self._container, self._stream = video, container, stream
+        self._frames = _decoded(video, container, stream)
+        self._at = -1
+
+    def frame(self, index: int) -> av.VideoFrame:
+        """The frame at `index`, later than any asked for before."""
+        starts = [key for key in self._keys() if key <= index]
+        ahead = [start for start in starts if start > self._at + 1][-1:]
+        for attempt, start in enumerate([*(ahead or [index]), *starts[-2:-1], 0]):
+            if ahead or attempt > 0:
+                self._seek(start)
+            frame = self._advance(index)
+            if frame is not None:
+                return frame
+        raise PhotoError(f"image {index} of {self._video.path.name} cannot be decoded: choose another one")
+
+    def _keys(self) -> list[int]:
+        if self._video.stamps is None:
+            return []
+        return [bisect.bisect_left(self._video.stamps, key) for key in self._video.keys]
+
+    def _seek(self, index: int) -> None:
+        if self._video.stamps is not None:
+            self._container.seek(self._video.stamps[index], stream=self._stream, backward=True)
+        else:
+            self._container.seek(0)
+        self._frames = _decoded(self._video, self._container, self._stream)
+
+    def _advance(self, index: int) -> av.VideoFrame | None:
+        for at, frame in self._frames:
+            self._at = at
+            if at == index:
+                return frame
+            if at > index:
+                return None
+        return None
+
+
+def _pixels(frame: av.VideoFrame, longest: int | None) -> Rgb:
+    """The frame as RGB, scaled down to `longest`, turned and mirrored as the file asks."""
+    factor = min(1.0, (longest or max(frame.width, frame.height)) / max(frame.width, frame.height))
+    size = max(1, round(frame.width * factor)), max(1, round(frame.height * factor))
+    pixels = frame.to_ndarray(format="rgb24", width=size[0], height=size[1], interpolation="AREA")
+    matrix = frame.side_data.get("DISPLAYMATRIX")
+    rgb = np.asarray(pixels, dtype=np.uint8)
+    return _turned(rgb, np.frombuffer(bytes(matrix), np.int32)) if isinstance(matrix, SideData) else rgb
+
+
+def _turned(pixels: Rgb, matrix: NDArray[np.int32]) -> Rgb:
+    """`pixels` as shown under a display matrix a b u c d v x y w (ISO/IEC 14496-12), to the nearest quarter turn."""
+    a, b, _, c, d = (int(value) for value in matrix[:5])
+    across, down = a, d
+    if abs(b) > abs(a):
+        pixels, across, down = pixels.transpose(1, 0, 2), c, b
+    return np.ascontiguousarray(pixels[:: -1 if down < 0 else 1, :: -1 if across < 0 else 1])
