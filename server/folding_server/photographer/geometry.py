@@ -1,0 +1,71 @@
+"""Where the folded paper is in space and in the picture: layer heights, vertices, face outlines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from folding_server.photographer.camera import Camera, Matrix, scaled
+from folding_server.simulator import Paper, overlapping_pairs
+
+THICKNESS = 0.001
+"""Height of one layer of folded paper in sheet sides: thin paper, not pressed quite flat."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A folded paper on the table as a camera sees it.
+
+    ``folded_to_table`` affine (2, 3); ``level`` face -> layers below it; ``pixels`` vertex -> (x, y).
+    """
+
+    paper: Paper
+    camera: Camera
+    folded_to_table: Matrix
+    level: dict[int, int]
+    pixels: dict[int, tuple[float, float]]
+
+    @property
+    def folded_to_pixel(self) -> Matrix:
+        """Homography from folded coordinates at the height of the table to pixels."""
+        return scaled(self.camera.table_to_pixel @ np.vstack([self.folded_to_table, [0, 0, 1]]))
+
+    def outline(self, face: int) -> Matrix:
+        """Pixels (n, 2) of a face's boundary, in the order of its cycle."""
+        return np.array([self.pixels[v] for v in self.paper.faces[face]])
+
+    def sheet_to_pixel(self, face: int) -> Matrix:
+        """Homography from the unfolded sheet to pixels for the paper of one face."""
+        m = self.paper.isometries[face]
+        return scaled(self.folded_to_pixel @ np.array([[m.a, m.b, m.e], [m.c, m.d, m.f], [0, 0, 1.0]]))
+
+
+def place(paper: Paper, camera: Camera, folded_to_table: Matrix) -> Placement:
+    """Lay a paper on the table: each vertex at the mean height of the faces that meet at its place."""
+    level = layer_levels(paper)
+    heights: dict[tuple[float, float], list[int]] = {}
+    for face, cycle in paper.faces.items():
+        for v in cycle:
+            heights.setdefault(_spot(paper, v), []).append(level[face])
+    vertices = sorted(paper.positions)
+    flat = np.array([paper.positions[v] for v in vertices]) @ folded_to_table[:, :2].T + folded_to_table[:, 2]
+    z = np.array([THICKNESS * float(np.mean(heights[_spot(paper, v)])) for v in vertices])
+    seen = camera.project(np.column_stack([flat, z]))
+    pixels = {v: (float(x), float(y)) for v, (x, y) in zip(vertices, seen, strict=True)}
+    return Placement(paper, camera, folded_to_table, level, pixels)
+
+
+def _spot(paper: Paper, vertex: int) -> tuple[float, float]:
+    """The folded place of a vertex to a thousandth: vertices on one another are seen at one height."""
+    x, y = paper.positions[vertex]
+    return round(x, 3), round(y, 3)
+
+
+def layer_levels(paper: Paper) -> dict[int, int]:
+    """Face -> the most layers that lie below it anywhere."""
+    level = dict.fromkeys(paper.order, 0)
+    below: dict[int, list[int]] = {}
+    for lower, upper in overlapping_pairs(paper):
+        below.setdefault(upper, []).append(lower)
+    for face in paper.order:
+        level[face] = 1 + max((level[f] for f in below.get(face, ())), default=-1)
+    return level

@@ -1,0 +1,184 @@
+"""Photographing a program: keyframes that look like photos, with the truth beside them.
+
+The folder gets ``keyframes.json`` and ``frames/000001.jpg`` ... as any sequence has, and ``program.json`` and
+``truth.json``, which say what was folded and where everything lies in the pictures.
+"""
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from folding_schemas.actions import Program
+from folding_server.errors import PhotoError
+from folding_server.photographer.camera import Camera
+from folding_server.photographer.chance import stream
+from folding_server.photographer.colors import Floats, near_color
+from folding_server.photographer.framing import fitting_fraction, middle
+from folding_server.photographer.geometry import Placement, place
+from folding_server.photographer.levels import Level, level_named
+from folding_server.photographer.lighting import frame_lamp, lamp_light
+from folding_server.photographer.replaying import keyframe_papers
+from folding_server.photographer.scene import Drift, Scene, compose, drifts, frame_camera
+from folding_server.photographer.sensor import expose, jpeg
+from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet, creased
+from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
+from folding_server.photographer.table import seen_table, table_texture
+from folding_server.photographer.truth import NOTE, frame_truth, scene_truth
+from folding_server.simulator import Paper
+
+SIZES = (64, 4096)
+"""Least and greatest width and height of a picture in pixels."""
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class PhotographResult:
+    """What was written: the sequence's folder, its name and the number of keyframes."""
+
+    folder: Path
+    name: str
+    frames: int
+
+
+@dataclass(frozen=True)
+class Session:
+    """All that the frames of one sequence share."""
+
+    seed: int
+    level: Level
+    size: tuple[int, int]
+    scene: Scene
+    papers: tuple[Paper, ...]
+    drifts: tuple[Drift, ...]
+    center: tuple[float, float]
+    sheet_fraction: float
+    sheet: SheetTexture
+    table: Floats
+
+    def camera(self, index: int) -> Camera:
+        """The camera at a keyframe, counted from 0."""
+        return frame_camera(self.scene, self.level, self.size, self.sheet_fraction, self.seed, index)
+
+    def placement(self, index: int) -> Placement:
+        """The paper on the table at a keyframe, counted from 0."""
+        motion = self.drifts[index].folded_to_table(self.center)
+        return place(self.papers[index], self.camera(index), motion)
+
+
+def photograph(
+    program: Program, folder: Path, seed: int, level: int = 1, size: tuple[int, int] = (800, 800),
+    progress: Progress | None = None,
+) -> PhotographResult:
+    """Write photo-like keyframes of a program into a folder; the same arguments always give the same files.
+
+    ``size`` is (width, height) in pixels; ``progress`` is told (frames done, frames in all). The program's colours
+    are used where it states them. Raises PhotoError for a level, size, colour or folder that cannot be used, and
+    ProgramError for a program that cannot be folded.
+    """
+    session = _prepare(program, seed, level_named(level), _checked_size(size))
+    frames = _cleared(folder)
+    truths = []
+    for index in range(len(session.papers)):
+        picture, hand = _photo(session, index)
+        name = f"{index + 1:06d}.jpg"
+        (frames / name).write_bytes(jpeg(picture, session.level.quality))
+        truths.append(_truth(session, program, index, f"frames/{name}", hand))
+        if progress is not None:
+            progress(index + 1, len(session.papers))
+    _write_documents(folder, program, session, truths, level)
+    return PhotographResult(folder, program.name, len(session.papers))
+
+
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    low, high = SIZES
+    if not all(low <= side <= high for side in size):
+        raise PhotoError(f"The size {size[0]}x{size[1]} cannot be used; give a width and height from {low} to {high} pixels.")
+    return size
+
+
+def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -> Session:
+    """Draw the scene, fold the program and frame it."""
+    if seed < 0:
+        raise PhotoError(f"The seed {seed} is negative; give a whole number from 0.")
+    papers = tuple(keyframe_papers(program))
+    scene = compose(seed, level, program.front_color, program.back_color)
+    walk = tuple(drifts(seed, level, len(papers)))
+    center = middle(papers)
+    still = frame_camera
+    fraction = fitting_fraction(
+        lambda f: still(scene, level, size, f, seed, 0), papers, walk, center, size,
+        wanted=float(stream(seed, "framing").uniform(0.46, 0.56)),
+    )
+    sheet, table = blank_sheet(scene, seed, program.sheet), table_texture(scene, seed)
+    return Session(seed, level, size, scene, papers, walk, center, fraction, sheet, table)
+
+
+def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], dict[str, Any] | None]:
+    """One picture (height, width, 3) RGB, and what is known of a hand in it."""
+    scene, seed = session.scene, session.seed
+    placement = session.placement(index)
+    lamp = frame_lamp(scene, session.level, seed, index)
+    tones = stream(seed, "tones", index).normal(1, 0.012, len(placement.paper.faces))
+    unit = session.sheet_fraction * min(session.size)
+    albedo, light, _ = paint_stack(
+        seen_table(session.table, placement.camera, session.size), placement,
+        creased(session.sheet, placement.paper), Shading(throw_direction(lamp.azimuth, scene.roll), 0.45), unit,
+        dict(zip(sorted(placement.paper.faces), tones.tolist(), strict=True)),
+    )
+    lit = albedo * light[..., None] * lamp_light(scene, lamp, session.size)
+    return expose(lit, scene, seed, index), None
+
+
+def _truth(
+    session: Session, program: Program, index: int, image: str, hand: dict[str, Any] | None
+) -> dict[str, Any]:
+    step = program.steps[index - 1] if index else ()
+    before = session.papers[max(index - 1, 0)]
+    return frame_truth(index + 1, image, step, before, session.placement(index), session.drifts[index], hand)
+
+
+def _cleared(folder: Path) -> Path:
+    """The frames folder, without photos of an earlier run. PhotoError if the folder holds something else."""
+    if folder.exists() and not folder.is_dir():
+        raise PhotoError(f"{folder} is a file; give a folder to write the sequence into.")
+    if (folder / "keyframes.json").exists() and not (folder / "truth.json").exists():
+        raise PhotoError(f"{folder} holds a sequence that was not made here; give another folder.")
+    frames = folder / "frames"
+    try:
+        frames.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PhotoError(f"{folder} cannot be written ({error.strerror}); give another folder.") from error
+    for old in frames.iterdir():
+        if re.fullmatch(r"\d{6}\.jpg", old.name):
+            old.unlink()
+    return frames
+
+
+def _write_documents(
+    folder: Path, program: Program, session: Session, truths: list[dict[str, Any]], level: int
+) -> None:
+    rng = stream(session.seed, "declared")
+    colors = {
+        "front_color": near_color(rng, session.scene.front, 3.0),
+        "back_color": near_color(rng, session.scene.back, 3.0),
+    }
+    manifest = {"name": program.name, "frames": "frames", **colors, "keyframes": list(range(1, len(truths) + 1))}
+    truth = {
+        "name": program.name, "note": NOTE, "seed": session.seed, "level": level,
+        "scene": scene_truth(session.scene, session.sheet_fraction, session.size),
+        "front_color": session.scene.front, "back_color": session.scene.back, "sheet": list(program.sheet),
+        "frames": truths,
+    }
+    _write(folder / "keyframes.json", json.dumps(manifest, indent=1))
+    _write(folder / "program.json", program.model_dump_json(indent=1, exclude_none=True))
+    _write(folder / "truth.json", json.dumps(truth, separators=(",", ":")))
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text + "\n", encoding="utf-8")

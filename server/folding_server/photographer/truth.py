@@ -1,0 +1,86 @@
+"""What is written beside the photos: for each frame the actions, the folded state, the camera and every vertex's pixel."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from folding_server.photographer.camera import Matrix
+from folding_server.photographer.geometry import Placement
+from folding_server.photographer.scene import Drift, Scene
+from folding_schemas.actions import Action
+from folding_server.simulator import Paper
+
+NOTE = (
+    "Rendered, not taken. Pixels: x right, y down, image corner at 0,0. Camera: x_cam = R x_table + t (y down, z forward),"
+    " then K; table plane z = 0, unit = sheet side. folded_to_pixel is the homography at z = 0; vertex_pixels are at the"
+    " rendered height (mean over the layers). orientations: 0 = front side up; order: faces bottom to top."
+)
+
+
+def frame_truth(
+    frame: int, image: str, step: tuple[Action, ...], before: Paper, placement: Placement, drift: Drift,
+    hand: dict[str, Any] | None,
+) -> dict[str, Any]:
+    """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from."""
+    paper = placement.paper
+    return {
+        "frame": frame,
+        "image": image,
+        "step": [_action(action, before, paper) for action in step],
+        **_state(paper),
+        "camera": _camera(placement),
+        "vertex_pixels": {str(v): _rounded(placement.pixels[v], 2) for v in sorted(placement.pixels)},
+        "drift": {"rotation_deg": round(drift.rotation, 4), "shift": _rounded(drift.shift, 6)},
+        "hand": hand,
+    }
+
+
+def scene_truth(scene: Scene, sheet_fraction: float, size: tuple[int, int]) -> dict[str, Any]:
+    """The scene as plain JSON values."""
+    rounded = {
+        key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(scene).items()
+    }
+    return {**rounded, "sheet_fraction": round(sheet_fraction, 4), "size": list(size)}
+
+
+def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
+    """An action with its endpoints on the unfolded sheet, so that it can be read without vertex ids."""
+    plain = action.model_dump(mode="json", exclude_none=True)
+    edge = plain.get("edge")
+    if edge is not None:
+        plain["at"] = [_rounded(before.places.get(v) or after.places[v], 6) for v in edge]
+    return plain
+
+
+def _state(paper: Paper) -> dict[str, Any]:
+    positions = paper.positions
+    return {
+        "vertices": {
+            str(v): {"sheet": _rounded(paper.places[v], 6), "folded": _rounded(positions[v], 6)}
+            for v in sorted(positions)
+        },
+        "faces": {str(f): list(paper.faces[f]) for f in sorted(paper.faces)},
+        "order": list(paper.order),
+        "orientations": {str(f): int(paper.back_up(f)) for f in sorted(paper.faces)},
+    }
+
+
+def _camera(placement: Placement) -> dict[str, Any]:
+    camera = placement.camera
+    return {
+        "K": _matrix(camera.K, 4),
+        "R": _matrix(camera.R, 8),
+        "t": _rounded(camera.t, 8),
+        "table_to_pixel": _matrix(camera.table_to_pixel, 8),
+        "folded_to_table": _matrix(placement.folded_to_table, 8),
+        "folded_to_pixel": _matrix(placement.folded_to_pixel, 8),
+    }
+
+
+def _matrix(matrix: Matrix, decimals: int) -> list[list[float]]:
+    return [_rounded(row, decimals) for row in matrix]
+
+
+def _rounded(values: tuple[float, ...] | Matrix, decimals: int) -> list[float]:
+    return [float(v) + 0.0 for v in np.round(np.asarray(values, float), decimals)]
