@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
 from folding_server.simulator.validity.violation import Kind, Violation, listed
 
+PARALLEL = 0.02
+"""Largest angle, in radians, between two edges that lie along one line."""
+
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.intp]
 
@@ -99,7 +102,10 @@ def _along_creases(stack: Stack) -> Iterator[Violation]:
 
 
 def _coincident(stack: Stack) -> list[tuple[int, int]]:
-    """Pairs of inner edges that run along each other for more than the slack: the shorter lies along the longer."""
+    """Pairs of inner edges that run along each other for more than four slacks: the shorter lies along the longer.
+
+    Edges so short that the slack alone could make them parallel are left to ``_through_faces`` if they are not.
+    """
     lines = np.asarray(shapely.linestrings(stack.segments))
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=SLACK)
     pairs = pairs[:, pairs[0] < pairs[1]]
@@ -111,7 +117,8 @@ def _coincident(stack: Stack) -> list[tuple[int, int]]:
     reach = np.einsum("kij,kj->ki", arms, along)
     away = arms[..., 0] * along[:, None, 1] - arms[..., 1] * along[:, None, 0]
     shared = np.minimum(reach.max(axis=1), length[long]) - np.maximum(reach.min(axis=1), 0)
-    found = (shared > SLACK) & (np.abs(away).max(axis=1) <= SLACK)
+    tilt = np.abs(away[:, 1] - away[:, 0]) / np.maximum(length[short], SLACK)
+    found = (shared > 4 * SLACK) & (np.abs(away).max(axis=1) <= SLACK) & (tilt <= PARALLEL)
     return [(int(i), int(j)) for i, j in pairs[:, found].T]
 
 
