@@ -1,0 +1,53 @@
+"""How the table and the two sides of the sheet look, and how badly a picture's pixels fit each of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from folding_server.vision.colours import Image
+from folding_server.vision.grid import Floats, Grid
+from folding_server.vision.surfaces import Surface
+
+LAB_FLOOR = (6.0, 3.0, 3.0)
+"""Variance that noise and compression add to L, a and b, at least."""
+DEEPEST_SHADOW = 0.45
+"""Least share of its lightness (as L + 16) that a shadow leaves a colour."""
+SHADOW_COST = 4.0
+"""Cost, in nats, of saying that a pixel lies in shadow."""
+
+
+def coordinates(grid: Grid) -> tuple[Floats, Floats]:
+    """Column and row coordinates of a grid, about -1 to 1 over the part of the table that is used."""
+    columns = grid.left + (np.arange(grid.cols) + 0.5) / grid.pixels_per_unit
+    rows = grid.top - (np.arange(grid.rows) + 0.5) / grid.pixels_per_unit
+    return (columns - 0.5) / 1.3, (rows - 0.5) / 1.3
+
+
+@dataclass(frozen=True)
+class Look:
+    """One class: surfaces for its colours (several if it is patterned) and whether shadows may fall on it."""
+
+    surfaces: tuple[Surface, ...]
+
+    def cost(self, lab: Image, grid: Grid, plate: Image | None = None) -> Image:
+        """How badly each pixel fits, (rows, cols), in nats; ``plate`` gives the expected colours pixel by pixel."""
+        costs = [_cost(lab, s.on(*coordinates(grid)) if plate is None else plate, s.covariance) for s in self.surfaces]
+        return np.minimum.reduce(costs)
+
+
+def _cost(lab: Image, expected: Image, covariance: Floats) -> Image:
+    """Half the squared Mahalanobis distance, or the cost of a shadow of the expected colour if that is less."""
+    inverse = np.linalg.inv(covariance + np.diag(LAB_FLOOR)).astype(np.float32)
+    lit = _quadratic(lab - expected, inverse)
+    black = np.array([16, 0, 0], np.float32)
+    ray, seen = expected + black, lab + black
+    share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)
+    np.clip(share, DEEPEST_SHADOW, 1.0, out=share)
+    shaded = _quadratic(seen - ray * share[..., None], inverse)
+    shaded += SHADOW_COST * (1 + 2 * (1 - share))
+    return np.minimum(lit, shaded)
+
+
+def _quadratic(residual: Image, inverse: Image) -> Image:
+    """0.5 r' A r for every pixel."""
+    return 0.5 * np.einsum("...i,...i->...", residual @ inverse, residual)

@@ -1,0 +1,53 @@
+"""Colours: declared names and hex codes, linear light, and the Lab space in which classes are told apart."""
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from PIL import ImageColor
+
+from folding_server.errors import PhotoError
+from folding_server.vision.photos import Picture
+
+Image = npt.NDArray[np.float32]
+"""A float picture, (rows, cols, channels) float32."""
+Vector = npt.NDArray[np.float64]
+
+
+def parse_colour(text: str) -> tuple[int, int, int]:
+    """RGB 0 to 255 of a CSS colour name or a hex code. PhotoError for anything else."""
+    try:
+        return ImageColor.getrgb(text.strip())[:3]
+    except ValueError:
+        message = f"The colour {text!r} is not known; use a CSS name such as 'white' or a hex code such as '#b5443a'."
+        raise PhotoError(message) from None
+
+
+def to_lab(rgb: Picture) -> Image:
+    """CIE Lab, L 0 to 100, of an sRGB picture."""
+    return np.asarray(cv2.cvtColor(rgb.astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB), np.float32)
+
+
+def to_linear(rgb: npt.NDArray[np.generic]) -> Image:
+    """Linear light, 0 to 1, of sRGB values 0 to 255 of any shape."""
+    table = np.linspace(0, 1, 1024)
+    curve = np.where(table <= 0.04045, table / 12.92, ((table + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return curve[np.clip(np.asarray(rgb, np.float32) * (1023 / 255.0) + 0.5, 0, 1023).astype(np.int32)]
+
+
+def lab_of_linear(linear: Vector) -> Vector:
+    """Lab of one linear colour, (3,) to (3,)."""
+    c = np.clip(linear, 0.0, 1.0)
+    coded = np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055)
+    return np.asarray(cv2.cvtColor(coded.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0], np.float64)
+
+
+def lab_of(colour: tuple[int, int, int]) -> Vector:
+    """Lab of one sRGB colour."""
+    return np.asarray(to_lab(np.array([[colour]], np.uint8))[0, 0], np.float64)
+
+
+def skin(rgb: Picture) -> npt.NDArray[np.bool_]:
+    """Pixels whose chroma human skin can have, light or dark, under indoor or day light."""
+    ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
+    luma, cr, cb = ycc[..., 0], ycc[..., 1], ycc[..., 2]
+    return (luma > 40) & (cr > 137) & (cr < 178) & (cb > 77) & (cb < 127) & (cr.astype(np.int16) - cb > 12)

@@ -1,0 +1,186 @@
+"""How table, front and back look in one sequence: the first photo tells two of them, the later ones the back."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.vision.appearance import Look, coordinates
+from folding_server.vision.colours import (
+    Image,
+    Vector,
+    lab_of,
+    lab_of_linear,
+    parse_colour,
+    skin,
+    to_lab,
+    to_linear,
+)
+from folding_server.vision.grid import Grid, grid_over
+from folding_server.vision.photos import Photos
+from folding_server.vision.pose import Pose
+from folding_server.vision.segmentation import Palette, class_costs
+from folding_server.vision.surfaces import Surface, fit_surface
+
+Bools = npt.NDArray[np.bool_]
+
+COARSE = 48.0
+"""Pixels per unit at which the photos are looked through for the back's colour."""
+MOST_PHOTOS = 24
+SAME_COLOUR = 7.0
+"""Distance in Lab below which two sides look alike."""
+NEW_COLOUR = 10.0
+"""Cost, in nats, above which a pixel is a colour not yet known."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """One colour that appears in later photos: its mean and spread in Lab, and how it appears."""
+
+    mean: Vector
+    covariance: npt.NDArray[np.float64]
+    weight: float
+    skin: float
+    border: float
+
+
+def learn(photos: Photos, pose: Pose) -> Palette:
+    """The palette of a sequence whose flat square was found in frame 1."""
+    grid = grid_over(COARSE)
+    first = _first_palette(photos, pose, grid)
+    back = _find_back(photos, pose, grid, first)
+    return Palette(first.table, first.front, back)
+
+
+def _first_palette(photos: Photos, pose: Pose, grid: Grid) -> Palette:
+    """Table and front from frame 1, where the sheet is the unit square."""
+    rgb, seen = pose.rectify(photos.photo(1), grid)
+    lab = to_lab(rgb)
+    x, y = np.meshgrid(*coordinates(grid))
+    far = np.maximum(np.abs(x), np.abs(y)) * 1.3
+    inside, outside = (far < 0.46) & seen, (far > 0.55) & seen
+    return Palette(_table_look(x, y, lab, outside), _sheet_look(x, y, lab, inside), None)
+
+
+def _table_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Image, own: Bools) -> Look:
+    """A smooth surface for the table."""
+    return Look((fit_surface(x[own], y[own], lab[own].astype(np.float64), 2),))
+
+
+def _sheet_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Image, own: Bools) -> Look:
+    """A sloping surface for a plain sheet; one more for each further colour of a patterned one."""
+    main = fit_surface(x[own], y[own], lab[own].astype(np.float64), 1)
+    surfaces = [main]
+    rest = own & (Look((main,)).cost(lab, _grid_of(lab)) > NEW_COLOUR)
+    if rest.sum() > 0.04 * own.sum():
+        surfaces.append(fit_surface(x[rest], y[rest], lab[rest].astype(np.float64), 0))
+    return Look(tuple(surfaces))
+
+
+def _grid_of(lab: Image) -> Grid:
+    grid = grid_over(COARSE)
+    assert lab.shape[:2] == (grid.rows, grid.cols)
+    return grid
+
+
+def _find_back(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Look | None:
+    """The colour of the back: the one new colour in the later photos that behaves like paper."""
+    hint = _hinted_back(photos, first)
+    groups = list(_groups(photos, pose, grid, first))
+    front = first.front.surfaces[0].at(np.zeros(()), np.zeros(())).astype(np.float64)
+    ranked = sorted(((_likelihood(group, hint), i) for i, group in enumerate(groups)), reverse=True)
+    if ranked and ranked[0][0] > 0.002:
+        group = groups[ranked[0][1]]
+        if np.linalg.norm(group.mean - front) > SAME_COLOUR:
+            return _plain(group.mean, group.covariance)
+    if hint is not None and np.linalg.norm(hint - front) > 2 * SAME_COLOUR:
+        return _plain(hint, np.diag([60.0, 40.0, 40.0]))
+    return None
+
+
+def _plain(mean: Vector, covariance: npt.NDArray[np.float64]) -> Look:
+    everywhere = (-1.0, -1.0, 1.0, 1.0)
+    return Look((Surface(0, mean.reshape(1, 3), covariance, everywhere),))
+
+
+def _hinted_back(photos: Photos, first: Palette) -> Vector | None:
+    """The declared back in the light of frame 1, told by how the declared front looks there."""
+    if photos.back_color is None:
+        return None
+    back = parse_colour(photos.back_color)
+    if photos.front_color is None:
+        return lab_of(back)
+    front = parse_colour(photos.front_color)
+    seen = _linear_of(first.front.surfaces[0].at(np.zeros(()), np.zeros(())).astype(np.float64))
+    declared = to_linear(np.array(front)).astype(np.float64)
+    gain = np.clip((seen + 0.02) / (declared + 0.02), 0.4, 1.8)
+    if lab_distance(front, back) < SAME_COLOUR:
+        return None
+    return lab_of_linear(to_linear(np.array(back)).astype(np.float64) * gain)
+
+
+def lab_distance(first: tuple[int, int, int], second: tuple[int, int, int]) -> float:
+    """Distance in Lab of two sRGB colours."""
+    return float(np.linalg.norm(lab_of(first) - lab_of(second)))
+
+
+def _linear_of(lab: Vector) -> Vector:
+    coded = cv2.cvtColor(lab.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_LAB2RGB)[0, 0]
+    return to_linear(np.clip(coded, 0, 1) * 255.0).astype(np.float64)
+
+
+def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[Group]:
+    """Clusters of the colours that table and front do not explain."""
+    parts = [_new_pixels(photos, frame, pose, grid, first) for frame in _sampled_frames(photos.frame_count)]
+    pixels = np.concatenate([part[0] for part in parts]) if parts else np.zeros((0, 3), np.float32)
+    if len(pixels) < 60:
+        return
+    marks = np.concatenate([part[1] for part in parts])
+    criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 20, 0.3)
+    cv2.setRNGSeed(1)
+    step = max(1, len(pixels) // 20_000)
+    sample, marks = np.ascontiguousarray(pixels[::step]), marks[::step]
+    _, numbers, _ = cv2.kmeans(sample, 4, None, criteria, 3, cv2.KMEANS_PP_CENTERS)
+    for k in range(4):
+        own = numbers.ravel() == k
+        if own.sum() >= 20:
+            yield _group(sample[own].astype(np.float64), marks[own], float(own.mean()))
+
+
+def _group(colours: npt.NDArray[np.float64], marks: npt.NDArray[np.float32], share: float) -> Group:
+    mean = np.median(colours, axis=0)
+    near = colours[np.linalg.norm(colours - mean, axis=1) < 18]
+    covariance = np.cov(near.T) if len(near) > 10 else np.diag([30.0, 15.0, 15.0])
+    return Group(mean, covariance, share, float(marks[:, 0].mean()), float(marks[:, 1].mean()))
+
+
+def _sampled_frames(count: int) -> list[int]:
+    """Frames after the first, evenly spaced if there are many."""
+    later = np.arange(2, count + 1)
+    return [int(frame) for frame in later[:: max(1, -(-len(later) // MOST_PHOTOS))]]
+
+
+def _new_pixels(
+    photos: Photos, frame: int, pose: Pose, grid: Grid, first: Palette
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Lab of the unexplained pixels of a photo, (N, 3), and whether each is skin, and enters from outside, (N, 2)."""
+    rgb, seen = pose.rectify(photos.photo(frame), grid)
+    lab = to_lab(rgb)
+    new = seen & (class_costs(lab, grid, first).min(axis=-1) > NEW_COLOUR)
+    new = cv2.erode(new.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    edge = cv2.dilate((~seen).astype(np.uint8), np.ones((5, 5), np.uint8))
+    edge[[0, 1, -1, -2]], edge[:, [0, 1, -1, -2]] = 1, 1
+    _, numbered = cv2.connectedComponents(new.astype(np.uint8))
+    entering = np.isin(numbered, np.unique(numbered[(edge > 0) & new]))
+    marks = np.stack([skin(rgb)[new], entering[new]], axis=-1).astype(np.float32)
+    return lab[new], marks
+
+
+def _likelihood(group: Group, hint: Vector | None) -> float:
+    """How much a colour behaves like the back of the sheet."""
+    if hint is None:
+        return group.weight * (1 - 0.8 * group.skin) * (1 - 0.9 * group.border)
+    away = float(np.linalg.norm((group.mean - hint) * (0.6, 1.0, 1.0)))
+    return group.weight * (1 - 0.5 * group.border) * float(np.exp(-((away / 25.0) ** 2)))

@@ -1,0 +1,37 @@
+"""What seeing needs of a sequence of photos, and nothing more."""
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Picture = npt.NDArray[np.uint8]
+"""An RGB picture, (height, width, 3) uint8."""
+
+
+class Photos(Protocol):
+    """Photos of one sheet being folded, numbered from 1; the first shows the flat square, front up."""
+
+    @property
+    def name(self) -> str:
+        """What messages call the sequence."""
+        ...
+
+    @property
+    def frame_count(self) -> int:
+        """How many photos there are."""
+        ...
+
+    @property
+    def front_color(self) -> str | None:
+        """The declared colour of the front: a hint, often a rough one."""
+        ...
+
+    @property
+    def back_color(self) -> str | None:
+        """The declared colour of the back: a hint, often a rough one."""
+        ...
+
+    def photo(self, frame: int) -> Picture:
+        """One photo at full size. PhotoError if there is no such frame."""
+        ...

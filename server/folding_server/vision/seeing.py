@@ -1,0 +1,130 @@
+"""Photos as label images of the table plane, in sheet units: the one entrance to perception."""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.vision.colours import Image
+from folding_server.vision.grid import REACH, Grid, grid_over
+from folding_server.vision.labels import UNKNOWN, Labels
+from folding_server.vision.learning import learn
+from folding_server.vision.photos import Photos, Picture
+from folding_server.vision.pose import Pose, pose_of
+from folding_server.vision.segmentation import Palette, segment
+from folding_server.vision.square import find_square
+
+FINEST = 160.0
+"""Pixels per unit at which photos are segmented, at most."""
+COARSEST = 64.0
+KEPT = 64
+"""Frames kept in memory."""
+
+
+@dataclass(frozen=True)
+class SeenFrame:
+    """One photo, seen straight from above.
+
+    ``labels``      (rows, cols) uint8, see :mod:`folding_server.vision.labels`
+    ``rgb``         (rows, cols, 3) uint8, the rectified photo
+    ``confidence``  (rows, cols) float32, 0 to 1, how clear the class is
+    ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
+    ``two_coloured`` False if the sides look alike: then all paper is FRONT, and predictions are compared as such
+    """
+
+    frame: int
+    labels: Labels
+    rgb: Picture
+    confidence: Image
+    edges: Image
+    grid: Grid
+    two_coloured: bool
+
+
+@dataclass(frozen=True)
+class _Working:
+    """A photo at the resolution at which it is segmented."""
+
+    rgb: Picture
+    shares: Image
+    unknown: npt.NDArray[np.bool_]
+    edges: Image
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """A sequence's pose and palette; segments photos when they are asked for, and remembers them."""
+
+    photos: Photos
+    pose: Pose
+    palette: Palette
+    _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
+    _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def two_coloured(self) -> bool:
+        """Whether front and back can be told apart."""
+        return self.palette.back is not None
+
+    def frame(self, number: int, pixels_per_unit: float = 96.0) -> SeenFrame:
+        """A photo's labels on a grid over REACH. PhotoError if there is no such photo."""
+        key = (number, pixels_per_unit)
+        if key not in self._seen:
+            _drop_oldest(self._seen, 2 * KEPT)
+            self._seen[key] = _resample(number, self._look(number), self.two_coloured, pixels_per_unit)
+        return self._seen[key]
+
+    def _look(self, number: int) -> _Working:
+        if number not in self._working:
+            _drop_oldest(self._working, KEPT)
+            self._working[number] = self._segment(number)
+        return self._working[number]
+
+    def _segment(self, number: int) -> _Working:
+        grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST)), REACH)
+        rgb, seen = self.pose.rectify(self.photos.photo(number), grid)
+        found = segment(rgb, seen, grid, self.palette)
+        return _Working(rgb, found.shares, found.unknown, inner_lines(rgb, found.shares, found.unknown))
+
+
+def see_sequence(photos: Photos) -> Eyes:
+    """Find the sheet in frame 1 and learn the colours. PhotoError if frame 1 shows no flat square."""
+    corners = find_square(photos.photo(1), f"Frame 1 of {photos.name}")
+    pose = pose_of(corners)
+    return Eyes(photos, pose, learn(photos, pose))
+
+
+def _drop_oldest(kept: dict, limit: int) -> None:  # type: ignore[type-arg]
+    while len(kept) >= limit:
+        del kept[next(iter(kept))]
+
+
+def inner_lines(rgb: Picture, shares: Image, unknown: npt.NDArray[np.bool_]) -> Image:
+    """Strength, 0 to 1, of lines inside the paper: thin dark or light ridges and steps of lightness."""
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    fine, coarse = cv2.GaussianBlur(grey, (0, 0), 1.0), cv2.GaussianBlur(grey, (0, 0), 4.0)
+    gradient = cv2.magnitude(cv2.Sobel(fine, cv2.CV_32F, 1, 0), cv2.Sobel(fine, cv2.CV_32F, 0, 1)) / 8
+    strength = gradient + np.abs(fine - coarse) * 0.5
+    paper = (shares[..., 0] < 0.5) & ~unknown
+    core = cv2.erode(paper.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    if not core.any():
+        return np.zeros_like(grey)
+    low, high = np.percentile(strength[core], (50, 99.5))
+    return np.asarray(np.where(core, np.clip((strength - low) / max(high - low, 2.0), 0, 1), 0), np.float32)
+
+
+def _resample(number: int, working: _Working, two_coloured: bool, pixels_per_unit: float) -> SeenFrame:
+    """The working pictures on the grid that was asked for."""
+    grid = grid_over(pixels_per_unit, REACH)
+    size = (grid.cols, grid.rows)
+    smaller = grid.rows < working.rgb.shape[0]
+    method = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+    shares = cv2.resize(working.shares, size, interpolation=method)
+    unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
+    order = np.sort(shares, axis=-1)
+    labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
+    confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
+    rgb = cv2.resize(working.rgb, size, interpolation=method)
+    edges = cv2.resize(working.edges, size, interpolation=method)
+    return SeenFrame(number, labels, rgb, confidence, edges, grid, two_coloured)

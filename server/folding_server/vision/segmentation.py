@@ -1,0 +1,215 @@
+"""A rectified photo to labels: table, front, back, unknown, with outlines that are right below the pixel."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.vision.appearance import Look, coordinates
+from folding_server.vision.colours import Image, skin, to_lab, to_linear
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
+from folding_server.vision.photos import Picture
+from folding_server.vision.surfaces import Surface, fit_surface
+
+Bools = npt.NDArray[np.bool_]
+
+CLASSES = (BACKGROUND, FRONT, BACK)
+UNEXPLAINED = 16.0
+"""Cost, in nats, beyond which a pixel is neither table nor paper."""
+SKIN_UNEXPLAINED = 6.0
+"""The same where the colour is one that skin can have."""
+THINNEST_UNKNOWN = 0.03
+"""Width, in sheet units, below which what fits no class is a blurred edge or a crease, not an object."""
+SMALLEST_REGION = 0.0012
+"""Area, in sheet units squared, of the smallest region that is believed."""
+SMOOTHING = 3.5
+"""How strongly neighbours pull towards the same class."""
+
+
+@dataclass(frozen=True)
+class Palette:
+    """How everything in a sequence looks. ``back`` is None if the sides look alike or the back was never seen."""
+
+    table: Look
+    front: Look
+    back: Look | None
+
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """Table, front and, if there is one, back, in the order of their labels."""
+        return (self.table, self.front) if self.back is None else (self.table, self.front, self.back)
+
+
+@dataclass(frozen=True)
+class Segmented:
+    """``shares`` (rows, cols, 3): how much of each pixel is table, front, back; ``unknown`` (rows, cols)."""
+
+    shares: Image
+    unknown: Bools
+
+
+def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette, plate: Image | None = None) -> Segmented:
+    """Segment a rectified photo whose pixels within the photo are ``seen``."""
+    lab = to_lab(cv2.GaussianBlur(rgb, (3, 3), 0))
+    tuned = adapt(lab, seen, grid, palette)
+    costs = class_costs(lab, grid, tuned, plate)
+    unknown = unexplained(costs, rgb, grid) | ~seen
+    shares = _smooth(costs)
+    labels = shares.argmax(axis=-1).astype(np.uint8)
+    labels = _without_specks(labels, unknown, grid)
+    labels, stray = _one_sheet(labels, unknown, grid)
+    return Segmented(_sharpen(labels, unknown | stray, rgb), unknown | stray)
+
+
+def class_costs(lab: Image, grid: Grid, palette: Palette, plate: Image | None = None) -> Image:
+    """The cost of each class at each pixel, (rows, cols, 2 or 3)."""
+    plates = (plate, None, None)
+    costs = [look.cost(lab, grid, plates[i]) for i, look in enumerate(palette.looks)]
+    return np.stack(costs, axis=-1)
+
+
+def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
+    """The palette under this photo's light: the table fitted afresh, the sides of the sheet shifted."""
+    step = max(1, round(grid.pixels_per_unit / 32))
+    coarse_lab, coarse_seen = np.ascontiguousarray(lab[::step, ::step]), seen[::step, ::step]
+    x, y = np.meshgrid(*(axis[::step] for axis in coordinates(grid)))
+    tuned = palette
+    for _ in range(2):
+        costs = np.stack([_sampled_cost(look, coarse_lab, x, y) for look in tuned.looks], axis=-1)
+        nearest, least = costs.argmin(axis=-1), costs.min(axis=-1)
+        sure = coarse_seen & (least < SHADOW_FREE)
+        looks = [_tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k)) for k in range(costs.shape[-1])]
+        tuned = Palette(looks[0], looks[1], looks[2] if len(looks) > 2 else None)
+    return tuned
+
+
+SHADOW_FREE = 4.0
+"""Cost below which a pixel shows its class in plain light."""
+FARTHEST_SHIFT = 12.0
+"""How far, in Lab, light may move a side's colour between photos."""
+
+
+def _sampled_cost(look: Look, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> Image:
+    """A look's cost at sampled coordinates."""
+    from folding_server.vision.appearance import _cost  # noqa: PLC0415
+
+    return np.minimum.reduce([_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces])
+
+
+def _tuned(
+    look: Look, table: bool, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], own: Bools
+) -> Look:
+    """A look fitted to the pixels that are surely its own, if there are enough."""
+    if own.sum() < 40:
+        return look
+    if table and len(look.surfaces) == 1:
+        fitted = fit_surface(x[own], y[own], lab[own].astype(np.float64), 2)
+        spread = 0.5 * (fitted.covariance + look.surfaces[0].covariance)
+        return Look((Surface(2, fitted.coefficients, spread, fitted.span),))
+    main = look.surfaces[0]
+    shift = np.median(lab[own] - main.at(x[own], y[own]), axis=0) if len(look.surfaces) == 1 else np.zeros(3)
+    length = float(np.linalg.norm(shift))
+    shift = shift * min(1.0, FARTHEST_SHIFT / max(length, 1e-9))
+    return Look(tuple(_moved(s, shift) for s in look.surfaces))
+
+
+def _moved(surface: Surface, shift: npt.NDArray[np.float64]) -> Surface:
+    coefficients = surface.coefficients.copy()
+    coefficients[0] += shift
+    return Surface(surface.order, coefficients, surface.covariance, surface.span)
+
+
+def unexplained(costs: Image, rgb: Picture, grid: Grid) -> Bools:
+    """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
+    least = cv2.blur(costs.min(axis=-1).clip(0, 60), (3, 3))
+    odd = (least > UNEXPLAINED) | ((least > SKIN_UNEXPLAINED) & skin(rgb))
+    width = max(3, round(THINNEST_UNKNOWN * grid.pixels_per_unit)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    closed = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, kernel)
+    return np.asarray(cv2.dilate(closed, np.ones((3, 3), np.uint8)) > 0)
+
+
+def _smooth(costs: Image) -> Image:
+    """Mean field of a Potts model on the costs: the share of each class, (rows, cols, classes)."""
+    pull = -0.4 * np.minimum(costs, 25.0)
+    shares = _softmax(pull)
+    for _ in range(3):
+        shares = _softmax(pull + SMOOTHING * cv2.blur(shares, (5, 5)))
+    return shares
+
+
+def _softmax(energies: Image) -> Image:
+    raised = np.exp(energies - energies.max(axis=-1, keepdims=True))
+    return np.asarray(raised / raised.sum(axis=-1, keepdims=True), np.float32)
+
+
+def _without_specks(labels: Labels, unknown: Bools, grid: Grid) -> Labels:
+    """Regions too small to believe take the class that surrounds them."""
+    smallest = SMALLEST_REGION * grid.pixels_per_unit**2
+    specks = np.zeros(labels.shape, bool)
+    for value in CLASSES:
+        own = ((labels == value) & ~unknown).astype(np.uint8)
+        count, numbered, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=4)
+        small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] < smallest)
+        if count > 1 and len(small):
+            specks |= np.isin(numbered, small[small > 0])
+    return _fill(labels, specks)
+
+
+def _fill(labels: Labels, holes: Bools) -> Labels:
+    """Pixels in holes take the class of the nearest pixel outside."""
+    if not holes.any() or holes.all():
+        return labels
+    _, nearest = cv2.distanceTransformWithLabels(
+        holes.astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    values = np.zeros(int(nearest.max()) + 1, np.uint8)
+    values[nearest[~holes]] = labels[~holes]
+    return np.where(holes, values[nearest], labels)
+
+
+def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> tuple[Labels, Bools]:
+    """Paper colour that is not joined to the largest piece, not even under what hides it, is not the sheet."""
+    paper = is_paper(labels) & ~unknown
+    reach = max(3, round(0.06 * grid.pixels_per_unit)) | 1
+    joined = cv2.dilate((paper | unknown).astype(np.uint8), np.ones((reach, reach), np.uint8))
+    _, numbered = cv2.connectedComponents(joined, connectivity=4)
+    if not paper.any():
+        return labels, np.zeros(labels.shape, bool)
+    sizes = np.bincount(numbered[paper])
+    return labels, paper & (numbered != int(sizes.argmax()))
+
+
+def _sharpen(labels: Labels, unknown: Bools, rgb: Picture) -> Image:
+    """Shares of the classes, with pixels on a border split by where their light lies between both sides' light."""
+    shares = np.stack([labels == value for value in CLASSES], axis=-1).astype(np.float32)
+    light = to_linear(rgb)
+    known = (~unknown).astype(np.float32)[..., None]
+    spread = cv2.dilate(shares * known, np.ones((5, 5), np.uint8))
+    band = (spread.sum(axis=-1) > 1.5) & ~unknown
+    means = [_local_mean(light, (labels == value) & ~unknown) for value in CLASSES]
+    rows, cols = np.nonzero(band)
+    pixel, near = light[rows, cols], spread[rows, cols] > 0
+    distances = np.stack([np.linalg.norm(pixel - mean[rows, cols], axis=-1) for mean in means], axis=-1)
+    distances = np.where(near, distances, np.inf)
+    order = np.argsort(distances, axis=-1)[:, :2]
+    best, second = (np.take_along_axis(distances, order[:, k : k + 1], -1)[:, 0] for k in (0, 1))
+    lead = best / np.maximum(best + second, 1e-6)
+    split = np.zeros((len(rows), 3), np.float32)
+    split[np.arange(len(rows)), order[:, 0]] = 1 - lead
+    split[np.arange(len(rows)), order[:, 1]] = lead
+    shares[rows, cols] = split
+    return shares
+
+
+def _local_mean(light: Image, own: Bools) -> Image:
+    """Mean light of a class's own pixels, away from its borders, in the neighbourhood of each pixel."""
+    core = cv2.erode(own.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
+    weighted = np.dstack([light * core[..., None], core])
+    total = cv2.blur(weighted, (15, 15))
+    wide = cv2.blur(cv2.resize(weighted, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA), (25, 25))
+    total += 1e-3 * cv2.resize(wide, (light.shape[1], light.shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(total[..., :3] / np.maximum(total[..., 3:], 1e-7), np.float32)

@@ -1,0 +1,1 @@
+"""Solving for the actions behind a photo, by analysis and synthesis."""

@@ -1,0 +1,233 @@
+"""Searching for the fold that explains a photo: analysis by synthesis.
+
+Landmark lines and a grid of all lines, filtered by what changed, are tried with every set of layers they can turn; the
+best are refined below the pixel together with the sheet's drift, then snapped to landmarks where the photo allows it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import dist
+
+import numpy as np
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through
+from folding_server.vision.solver.alignment import Vector, climb, nudged
+from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.lines import (
+    Evidence,
+    Lines,
+    all_lines,
+    angle_between,
+    as_line,
+    both_ways,
+    distinct_points,
+    landmark_lines,
+)
+from folding_server.vision.solver.scene import Scene
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard to look. Angles in degrees, lengths in sheet units."""
+
+    degrees: float = 6.0
+    spacing: float = 0.04
+    most_lines: int = 400
+    refined: int = 10
+    polished: int = 4
+    snap_free: float = 0.004
+    snap_vertex: float = 0.0025
+
+
+@dataclass(frozen=True)
+class FoldFound:
+    """A fold that explains a scene under a motion with some agreement."""
+
+    moving: MovingSet
+    motion: Isometry
+    agreement: float
+
+
+class FoldSearch:
+    """The search for one transition: a paper, the photo after it coarse and fine, and what changed."""
+
+    def __init__(self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort) -> None:
+        self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
+        self.leaves = Leaves(paper)
+        self.landmarks = both_ways(landmark_lines(paper))
+
+    def run(self, scale: bool) -> list[FoldFound]:
+        """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
+        rough = self._rough()
+        refined = sorted((self._refined(f, self.coarse, scale, 3) for f in rough), key=lambda f: -f.agreement)
+        polished = [self._refined(f, self.fine, scale, 3) for f in _different(refined)[: self.effort.polished]]
+        snapped = [s for f in _different(sorted(polished, key=lambda f: -f.agreement)) for s in self._snapped(f)]
+        return sorted(snapped, key=lambda f: -f.agreement)
+
+    def _rough(self) -> list[FoldFound]:
+        """The most promising lines and layers, scored without moving anything."""
+        found: list[FoldFound] = []
+        for change in self.changed:
+            for row in self._plausible(change):
+                for moving in self.leaves.moving_sets(as_line(row)):
+                    got = self.coarse.agreement(self.leaves.folded(moving), change.motion)
+                    found.append(FoldFound(moving, change.motion, got))
+        found.sort(key=lambda f: -f.agreement)
+        return _different(found)[: self.effort.refined]
+
+    def _plausible(self, change: Evidence) -> Lines:
+        """Landmarks and grid lines that could explain the change, at most ``most_lines`` of each."""
+        grid = both_ways(all_lines(self.paper, self.effort.degrees, self.effort.spacing))
+        kept = []
+        for lines in (self.landmarks, grid):
+            passed = lines[change.agrees(lines)]
+            step = max(1, len(passed) // self.effort.most_lines)
+            kept.append(passed[::step])
+        return np.concatenate(kept)
+
+    def _refined(self, found: FoldFound, scene: Scene, scale: bool, halvings: int) -> FoldFound:
+        """Both ends of the crease and the sheet's drift, climbed together."""
+        handles = self._handles(found.moving)
+        pivot = _middle(*handles)
+        seed = found.moving.seed
+
+        def value(x: Vector) -> float:
+            moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
+            if moving is None:
+                return 0.0
+            return scene.agreement(self.leaves.folded(moving), nudged(found.motion, pivot, x[2:])) - 0.02 * abs(x[5])
+
+        step = 2.0 / scene.grid.pixels_per_unit
+        steps = (step, step, step / 2, step / 2, 1.5, 0.02 if scale else 0.0)
+        x, best = climb(value, (0.0,) * 6, steps, halvings)
+        moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
+        return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
+
+    def _handles(self, moving: MovingSet) -> tuple[Point, Point]:
+        """The ends of the crease that a fold makes in its moving faces."""
+        line = moving.line
+        along: list[float] = []
+        for face in moving.faces:
+            outline = self.leaves.outlines[face]
+            for p, q in zip(outline, outline[1:] + outline[:1], strict=True):
+                a, b = line.distance(p), line.distance(q)
+                if a * b <= 0 and a != b:
+                    t = a / (a - b)
+                    x, y = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
+                    along.append(line.ny * x - line.nx * y)
+        low, high = (min(along), max(along)) if along else (-0.5, 0.5)
+        if high - low < 0.05:
+            low, high = low - 0.05, high + 0.05
+        return _on(line, low), _on(line, high)
+
+    def _snapped(self, found: FoldFound) -> list[FoldFound]:
+        """The line the photo cannot tell from ``found`` that is simplest, with each set of layers it can turn."""
+        best = found
+        allowed = found.agreement
+        vertex = [self._settled(found, line, free) for line, free in self._vertex_lines(found)]
+        exact = [self._settled(found, line, None) for line in self._landmarks_near(found)]
+        top = max((f.agreement for f in (*vertex, *exact)), default=allowed)
+        allowed = max(allowed, top)
+        for group, slack in ((exact, self.effort.snap_free), (vertex, self.effort.snap_vertex)):
+            good = [f for f in group if f.agreement >= allowed - slack]
+            if good:
+                best = max(good, key=lambda f: f.agreement)
+                break
+        return [best, *self._other_layers(best)]
+
+    def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
+        """The same line with other sets of layers."""
+        for moving in self.leaves.moving_sets(found.moving.line):
+            if moving.faces != found.moving.faces:
+                yield FoldFound(moving, found.motion, self.fine.agreement(self.leaves.folded(moving), found.motion))
+
+    def _settled(self, found: FoldFound, line: Line, pinned: Point | None) -> FoldFound:
+        """A line near the found one with the drift climbed anew, and its turn about ``pinned`` if there is one."""
+        seed, start = found.moving.seed, found.motion
+        moving = self.leaves.moving_from(line, seed)
+        if moving is None:
+            return FoldFound(found.moving, start, 0.0)
+        handles = self._handles(moving)
+        far = max(handles, key=lambda h: dist(h, pinned)) if pinned else handles[0]
+        pivot = _middle(*handles)
+
+        def turned(offset: float) -> Line:
+            if pinned is None:
+                return line
+            moved = far[0] + offset * line.nx, far[1] + offset * line.ny
+            new = line_through(pinned, moved)
+            return new if new.nx * line.nx + new.ny * line.ny > 0 else Line(-new.nx, -new.ny, -new.offset)
+
+        def value(x: Vector) -> float:
+            here = self.leaves.moving_from(turned(x[0]), seed)
+            if here is None:
+                return 0.0
+            return self.fine.agreement(self.leaves.folded(here), nudged(start, pivot, (*x[1:], 0.0)))
+
+        step = 1.0 / self.fine.grid.pixels_per_unit
+        x, best = climb(value, (0.0,) * 4, (2 * step if pinned else 0.0, step, step, 0.5), 2)
+        final = self.leaves.moving_from(turned(x[0]), seed)
+        return FoldFound(final or moving, nudged(start, pivot, (*x[1:], 0.0)), best)
+
+    def _vertex_lines(self, found: FoldFound) -> Iterator[tuple[Line, Point]]:
+        """Lines near the found one through one existing vertex, to be turned about it."""
+        line = found.moving.line
+        for p in self._near_points(found, 0.02):
+            yield Line(line.nx, line.ny, line.nx * p[0] + line.ny * p[1]), p
+
+    def _near_points(self, found: FoldFound, reach: float) -> list[Point]:
+        """Vertices within reach of the crease, by distance."""
+        line, (a, b) = found.moving.line, self._handles(found.moving)
+        low, high = sorted((line.ny * a[0] - line.nx * a[1], line.ny * b[0] - line.nx * b[1]))
+        points = [(float(x), float(y)) for x, y in distinct_points(self.paper)]
+        near = [
+            p
+            for p in points
+            if abs(line.distance(p)) < reach and low - reach < line.ny * p[0] - line.nx * p[1] < high + reach
+        ]
+        return sorted(near, key=lambda p: abs(line.distance(p)))[:4]
+
+    def _landmarks_near(self, found: FoldFound) -> list[Line]:
+        """Landmark lines that pass near both ends of the crease, the nearest first, at most six."""
+        line, handles = found.moving.line, self._handles(found.moving)
+        gaps = np.abs(self.landmarks[:, :2] @ np.array(handles).T - self.landmarks[:, 2:3]).max(axis=1)
+        same_side = self.landmarks[:, :2] @ np.array([line.nx, line.ny]) > 0
+        near = np.nonzero((gaps < 0.03) & same_side)[0]
+        return [as_line(self.landmarks[i]) for i in near[np.argsort(gaps[near], kind="stable")][:6]]
+
+
+def _different(found: Sequence[FoldFound]) -> list[FoldFound]:
+    """Folds without those that turn the same layers along nearly the same line as a better one."""
+    kept: list[FoldFound] = []
+    for f in found:
+        if not any(_alike(f.moving, k.moving) for k in kept):
+            kept.append(f)
+    return kept
+
+
+def _alike(a: MovingSet, b: MovingSet) -> bool:
+    return (
+        a.faces == b.faces
+        and a.line.nx * b.line.nx + a.line.ny * b.line.ny > 0
+        and angle_between(a.line, b.line) < 5
+        and abs(a.line.offset - b.line.offset) < 0.03
+    )
+
+
+def _on(line: Line, along: float) -> Point:
+    """The point of a line at a coordinate along it."""
+    return line.nx * line.offset + line.ny * along, line.ny * line.offset - line.nx * along
+
+
+def _middle(p: Point, q: Point) -> Point:
+    return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
+
+
+def _shifted(handles: tuple[Point, Point], line: Line, first: float, second: float) -> Line:
+    """The line with its two handles moved along its normal."""
+    (ax, ay), (bx, by) = handles
+    new = line_through(
+        (ax + first * line.nx, ay + first * line.ny), (bx + second * line.nx, by + second * line.ny)
+    )
+    return new if new.nx * line.nx + new.ny * line.ny > 0 else Line(-new.nx, -new.ny, -new.offset)

@@ -1,0 +1,215 @@
+"""Candidate fold lines: landmarks of the folded paper, a grid of all lines, and what a photo rules out."""
+
+from dataclasses import dataclass
+from math import atan2, cos, pi, radians, sin
+
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry, Line
+from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
+from folding_server.vision.solver.scene import Mask, Scene
+
+Lines = npt.NDArray[np.float64]
+"""(n, 3): unit normal towards the moving side, and offset."""
+
+SAME = 2e-3
+"""Lines and points nearer than this (in sheet units) count as one landmark."""
+
+
+def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
+    """The folded positions of the vertices, coincident ones once, (n, 2)."""
+    points = np.array(sorted(paper.positions.values()))
+    kept: list[npt.NDArray[np.float64]] = []
+    for p in points:
+        if all(np.hypot(*(p - q)) > SAME for q in kept):
+            kept.append(p)
+    return np.array(kept)
+
+
+def landmark_lines(paper: Paper) -> Lines:
+    """Lines that folders aim at: through two vertices, vertex onto vertex, edge onto edge, square to an edge."""
+    points = distinct_points(paper)
+    i, j = np.triu_indices(len(points), 1)
+    p, q = points[i], points[j]
+    along = (q - p) / np.linalg.norm(q - p, axis=1, keepdims=True)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    through = np.column_stack([across, (across * p).sum(axis=1)])
+    onto = np.column_stack([along, (along * (p + q) / 2).sum(axis=1)])
+    edges = distinct_lines(_edge_lines(paper))
+    return distinct_lines(np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points)]))
+
+
+def _edge_lines(paper: Paper) -> Lines:
+    """The line of each edge as it lies now."""
+    positions = paper.positions
+    rows = []
+    for u, v in paper.edge_faces:
+        (px, py), (qx, qy) = positions[u], positions[v]
+        length = np.hypot(qx - px, qy - py)
+        if length > 10 * SAME:
+            nx, ny = -(qy - py) / length, (qx - px) / length
+            rows.append((nx, ny, nx * px + ny * py))
+    return np.array(rows)
+
+
+def _bisectors(edges: Lines) -> Lines:
+    """Both bisectors of each pair of lines; for parallel ones the line half way."""
+    i, j = np.triu_indices(len(edges), 1)
+    a, b = edges[i], edges[j]
+    both = np.concatenate([a + b, a - b])
+    norm = np.linalg.norm(both[:, :2], axis=1)
+    usable = norm > 1e-3
+    return np.asarray(both[usable] / norm[usable, None])
+
+
+def _square_to(edges: Lines, points: npt.NDArray[np.float64]) -> Lines:
+    """Lines through each point at right angles to each edge direction, and parallel to it."""
+    rows = []
+    for normal in (edges[:, :2], np.stack([-edges[:, 1], edges[:, 0]], axis=1)):
+        offsets = normal @ points.T
+        spread = np.repeat(normal, len(points), axis=0)
+        rows.append(np.column_stack([spread, offsets.ravel()]))
+    return np.concatenate(rows)
+
+
+def distinct_lines(lines: Lines) -> Lines:
+    """Lines with the normal in the upper half plane, near-equal ones once, in a fixed order."""
+    flip = (lines[:, 1] < -1e-9) | ((np.abs(lines[:, 1]) <= 1e-9) & (lines[:, 0] < 0))
+    upright = np.where(flip[:, None], -lines, lines)
+    keys = np.round(upright / SAME).astype(np.int64)
+    _, first = np.unique(keys, axis=0, return_index=True)
+    return np.asarray(upright[np.sort(first)])
+
+
+def all_lines(paper: Paper, degrees: float, spacing: float) -> Lines:
+    """A grid of lines across the folded paper: one each ``degrees`` of angle and ``spacing`` of offset."""
+    points = distinct_points(paper)
+    rows = []
+    for angle in np.arange(0.0, 180.0, degrees):
+        nx, ny = cos(radians(angle)), sin(radians(angle))
+        reach = points @ np.array([nx, ny])
+        offsets = np.arange(reach.min() + spacing, reach.max(), spacing)
+        rows.append(np.column_stack([np.full((len(offsets), 2), (nx, ny)), offsets]))
+    return np.concatenate(rows)
+
+
+def both_ways(lines: Lines) -> Lines:
+    """Each line with either side moving."""
+    return np.concatenate([lines, -lines])
+
+
+def as_line(row: npt.NDArray[np.float64]) -> Line:
+    """One row of a (n, 3) array as a line."""
+    nx, ny, offset = row.tolist()
+    return Line(nx, ny, offset)
+
+
+def angle_between(a: Line, b: Line) -> float:
+    """The angle between two lines' directions in degrees, 0 to 90."""
+    turn = abs(atan2(a.nx * b.ny - a.ny * b.nx, a.nx * b.nx + a.ny * b.ny)) * 180 / pi
+    return min(turn, 180 - turn)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What changed between a drawing of the last state and a photo, as points of the paper's own plane (n, 2).
+
+    ``gone`` was paper and is table now, ``came`` was table and is paper, ``turned`` is paper that changed its class.
+    """
+
+    gone: npt.NDArray[np.float64]
+    came: npt.NDArray[np.float64]
+    turned: npt.NDArray[np.float64]
+    before: Labels
+    scene: Scene
+    motion: Isometry
+
+    def agrees(self, lines: Lines, share: float = 0.8) -> Mask:
+        """Which lines (n, 3) could explain the change, (n,).
+
+        What is gone must lie on the moving side and land on paper; what came must be the image of paper; what turned
+        must lie on the moving side or be the image of paper.
+        """
+        possible = np.ones(len(lines), np.bool_)
+        for points, rule in ((self.gone, self._gone), (self.came, self._came), (self.turned, self._turned)):
+            if len(points) >= _ENOUGH:
+                where = np.nonzero(possible)[0]
+                for part in np.array_split(where, max(1, len(where) // 500)):
+                    possible[part] = rule(lines[part], points).mean(axis=1) >= share
+        return possible
+
+    def _gone(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+        side, images = _mirrored(lines, points)
+        landed = self._look(self.scene.labels, images)
+        return (side > -_MARGIN) & (landed != BACKGROUND)
+
+    def _came(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+        side, images = _mirrored(lines, points)
+        return (side < _MARGIN) & is_paper(self._look(self.before, images))
+
+    def _turned(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+        side, images = _mirrored(lines, points)
+        return np.asarray((side > -_MARGIN) | is_paper(self._look(self.before, images)))
+
+    def _look(self, labels: Labels, points: npt.NDArray[np.float64]) -> Labels:
+        """The label under each point of the paper's plane; background outside the picture."""
+        a, b, c, d, e, f = self.motion
+        moved = points @ np.array([[a, c], [b, d]]) + (e, f)
+        pixels = np.rint(self.scene.grid.to_pixel(moved)).astype(np.int64)
+        cols, rows = pixels[..., 0], pixels[..., 1]
+        inside = (cols >= 0) & (rows >= 0) & (cols < labels.shape[1]) & (rows < labels.shape[0])
+        seen = labels[np.where(inside, rows, 0), np.where(inside, cols, 0)]
+        return np.where(inside, seen, np.uint8(BACKGROUND))
+
+
+_ENOUGH = 8
+"""Fewer changed points than this are noise."""
+_MARGIN = 0.02
+"""How far points may lie on the wrong side of a line, in sheet units."""
+_POINTS = 250
+
+
+def _mirrored(lines: Lines, points: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Signed distances (n, k) of points from lines, and their mirror images (n, k, 2)."""
+    side = lines[:, :2] @ points.T - lines[:, 2:3]
+    return side, points[None] - 2 * side[..., None] * lines[:, None, :2]
+
+
+def evidence(before: Labels, scene: Scene, motion: Isometry) -> Evidence:
+    """What changed from a drawing under ``motion`` to the photo; thin rims of misalignment do not count."""
+    was, now = before != BACKGROUND, scene.paper
+    known = scene.known & (scene.labels != UNKNOWN)
+    back = _inverse(motion)
+    gone, came, turned = (
+        _points(_opened(mask), scene, back)
+        for mask in (was & ~now & known, now & ~was, was & now & (before != scene.labels))
+    )
+    return Evidence(gone, came, turned, before, scene, motion)
+
+
+def _opened(mask: Mask) -> Mask:
+    """A mask without parts thinner than three pixels."""
+    import cv2
+
+    kernel = np.ones((3, 3), np.uint8)
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)
+
+
+def _points(mask: Mask, scene: Scene, back: Isometry) -> npt.NDArray[np.float64]:
+    """Up to some hundred points spread over a mask, in the paper's plane (n, 2)."""
+    rows, cols = np.nonzero(mask)
+    keep = np.linspace(0, len(rows) - 1, min(len(rows), _POINTS)).astype(int) if len(rows) else np.array([], int)
+    plane = scene.grid.to_plane(np.stack([cols[keep], rows[keep]], axis=1))
+    a, b, c, d, e, f = back
+    return np.asarray(plane @ np.array([[a, c], [b, d]]) + (e, f))
+
+
+def _inverse(motion: Isometry) -> Isometry:
+    """The inverse of a similarity."""
+    a, b, c, d, e, f = motion
+    det = a * d - b * c
+    return Isometry(
+        d / det, -b / det, -c / det, a / det, (b * f - d * e) / det, (c * e - a * f) / det
+    )

@@ -1,0 +1,42 @@
+"""A plan: the actions that would explain a transition, and how well they do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from folding_schemas.actions import Action
+from folding_schemas.results import ActionClass
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
+
+COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.002, "flip": 0.0025, "add_vertex": 0.0003}
+"""What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
+NOTHING_HAPPENED = 0.006
+"""Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Primitives to apply in order, the paper they lead to, and the motion under which it explains the photo.
+
+    ``agreement`` is the share of paper pixels explained, 0 to 1; ``score`` is that less the cost of the actions.
+    """
+
+    actions: tuple[Action, ...]
+    action_class: ActionClass
+    paper: Paper
+    motion: Isometry
+    agreement: float
+    explanation: str
+
+    @property
+    def score(self) -> float:
+        """Agreement less the cost of the actions."""
+        if not self.actions:
+            return self.agreement - NOTHING_HAPPENED
+        return self.agreement - sum(COST[a.action] for a in self.actions)
+
+
+def best_first(plans: Sequence[Plan]) -> list[Plan]:
+    """Plans by falling score; equal ones in the order given."""
+    return sorted(plans, key=lambda plan: -plan.score)

@@ -1,0 +1,127 @@
+"""From a predicted fold to the actions that make it: which vertices to name, which to add."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import dist
+
+from folding_schemas.actions import Action, AddVertex, Direction, Fold
+
+from folding_server.errors import ActionRefused
+from folding_server.simulator import apply
+from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point
+from folding_server.vision.solver.leaves import NEAR, MovingSet
+
+NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
+NICE_REACH = 0.004
+"""A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
+AT_VERTEX = 0.004
+"""A crossing this near a vertex is taken to be at it (in sheet units)."""
+
+
+def realise(paper: Paper, moving: MovingSet) -> tuple[tuple[Action, ...], Paper] | None:
+    """Actions that fold the layers of ``moving`` along its line, and the paper they make; None if none do so."""
+    for face in _starting_faces(paper, moving):
+        for actions in _ways(paper, face, moving.line):
+            try:
+                folded = _applied(paper, actions)
+            except ActionRefused:
+                continue
+            if _matches(paper, folded, moving):
+                return actions, folded
+    return None
+
+
+def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:
+    """Whether the layers that turned are those meant, but for slivers beside the line."""
+    return all(
+        max(moving.line.distance(p) for p in paper.polygon(face)) <= 2 * NEAR
+        for face in _turned(paper, folded) ^ moving.faces
+    )
+
+
+def _applied(paper: Paper, actions: tuple[Action, ...]) -> Paper:
+    for action in actions:
+        paper = apply(paper, action)
+    return paper
+
+
+def _starting_faces(paper: Paper, moving: MovingSet) -> list[int]:
+    """The seed, then the other moving faces, topmost first."""
+    return [moving.seed, *(f for f in reversed(paper.order) if f in moving.faces and f != moving.seed)]
+
+
+def _ways(paper: Paper, face: int, line: Line) -> Iterator[tuple[Action, ...]]:
+    """Folds through two points where a line meets a face's boundary; vertices are added where it has none."""
+    new = max(paper.places)
+    for first, second in combinations(_meetings(paper, face, line), 2):
+        actions: list[Action] = []
+        ends: list[int] = []
+        for meeting in (first, second):
+            if isinstance(meeting, int):
+                ends.append(meeting)
+            else:
+                actions.append(meeting)
+                ends.append(new + len(actions))
+        yield (*actions, Fold(edge=(ends[0], ends[1]), direction=_direction(paper, actions, (ends[0], ends[1]), line)))
+
+
+def _meetings(paper: Paper, face: int, line: Line) -> list[int | AddVertex]:
+    """Where a line meets a face's boundary: vertices on it or nearly so, else points to add."""
+    cycle = paper.faces[face]
+    near = {v for v in cycle if abs(line.distance(paper.positions[v])) <= AT_VERTEX}
+    met: list[int | AddVertex] = []
+    for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
+        if u in near:
+            met.append(u)
+        p, q = paper.positions[u], paper.positions[v]
+        before, after = line.distance(p), line.distance(q)
+        if before * after < 0 and not _ends_near(near, (u, v), p, q, before / (before - after)):
+            met.append(AddVertex(edge=(u, v), position=nice_fraction(before / (before - after), dist(p, q))))
+    return met
+
+
+def _ends_near(near: set[int], edge: Edge, p: Point, q: Point, fraction: float) -> bool:
+    """Whether a crossing is within reach of an end of its edge that already counts as on the line."""
+    length = dist(p, q)
+    gaps = (fraction * length, (1 - fraction) * length)
+    return any(v in near and gap < 5 * AT_VERTEX for v, gap in zip(edge, gaps, strict=True))
+
+
+def nice_fraction(fraction: float, length: float) -> float:
+    """A simple fraction if one is within reach on an edge of that length, else three decimals."""
+    nearest = min(NICE_FRACTIONS, key=lambda nice: abs(nice - fraction))
+    if abs(nearest - fraction) * length <= NICE_REACH:
+        return nearest
+    margin = min(0.4, 2 * TOLERANCE / max(length, TOLERANCE))
+    return min(max(round(fraction, 3), margin), 1 - margin)
+
+
+def _direction(paper: Paper, added: list[Action], ends: Edge, line: Line) -> Direction:
+    """The direction that moves the side a line's normal points to, as ``fold`` reads it off its two vertices."""
+    for action in added:
+        paper = apply(paper, action)
+    p, q = paper.positions[ends[0]], paper.positions[ends[1]]
+    vertical = abs(q[0] - p[0]) <= TOLERANCE * abs(q[1] - p[1])
+    return 1 if (line.nx > 0 if vertical else line.ny > 0) else -1
+
+
+def _turned(before: Paper, after: Paper) -> frozenset[int]:
+    """The faces of one paper of which some part has moved in the other."""
+    turned = {f for f in before.faces if f in after.faces and before.isometries[f] != after.isometries[f]}
+    for new in after.faces.keys() - before.faces.keys():
+        outline = after.sheet_polygon(new)
+        center = sum(x for x, _ in outline) / len(outline), sum(y for _, y in outline) / len(outline)
+        turned.add(min(before.faces, key=lambda f: _outside(before.sheet_polygon(f), center)))
+    return frozenset(turned)
+
+
+def _outside(outline: list[Point], point: Point) -> float:
+    """How far a point is outside a convex outline that runs clockwise; negative inside."""
+    worst = -1.0
+    x0, y0 = outline[-1]
+    for x1, y1 in outline:
+        length = dist((x0, y0), (x1, y1))
+        worst = max(worst, ((point[1] - y0) * (x1 - x0) - (point[0] - x0) * (y1 - y0)) / length)
+        x0, y0 = x1, y1
+    return worst

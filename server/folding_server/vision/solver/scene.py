@@ -1,0 +1,76 @@
+"""One photo at one resolution as the solver sees it, and how well a stack of faces explains it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.raster import draw_labels
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Faces to paint, bottom to top: folded outlines in sheet units and whether each lies back up."""
+
+    outlines: Sequence[Sequence[Point]]
+    backs: Sequence[bool]
+
+    @cached_property
+    def center(self) -> Point:
+        """The middle of the bounding box."""
+        points = np.array([p for outline in self.outlines for p in outline])
+        low, high = points.min(axis=0), points.max(axis=0)
+        return float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2
+
+
+def stack_of(paper: Paper) -> Stack:
+    """All faces of a paper as they lie."""
+    return Stack([paper.polygon(f) for f in paper.order], [paper.back_up(f) for f in paper.order])
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A label image on a grid; ``two_coloured`` says whether it tells the front of the sheet from the back."""
+
+    grid: Grid
+    labels: Labels
+    two_coloured: bool = True
+    known: Mask = field(init=False)
+    paper: Mask = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "known", self.labels != UNKNOWN)
+        object.__setattr__(self, "paper", is_paper(self.labels))
+
+    def draw(self, stack: Stack, motion: Isometry) -> Labels:
+        """What a stack would look like here, in the classes that the photo can tell apart."""
+        drawn = draw_labels(stack.outlines, stack.backs, self.grid, motion)
+        return drawn if self.two_coloured else as_one_colour(drawn)
+
+    def agreement_of(self, drawn: Labels) -> float:
+        """Share of the known pixels showing paper, in the photo or the drawing, whose class agrees; 0 to 1."""
+        either = np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known)
+        wrong = np.count_nonzero((drawn != self.labels) & self.known)
+        return max(0.0, 1.0 - wrong / max(either, 1))
+
+    def agreement(self, stack: Stack, motion: Isometry) -> float:
+        """How well a stack under a motion explains the photo, 0 to 1."""
+        return self.agreement_of(self.draw(stack, motion))
+
+    @cached_property
+    def center(self) -> Point:
+        """The middle of the bounding box of the paper, in sheet units; the grid's middle if there is none."""
+        rows, cols = np.nonzero(self.paper)
+        if not len(rows):
+            rows, cols = np.array([0, self.grid.rows - 1]), np.array([0, self.grid.cols - 1])
+        corners = self.grid.to_plane(np.array([[cols.min(), rows.min()], [cols.max(), rows.max()]]))
+        x, y = corners.mean(axis=0)
+        return float(x), float(y)

@@ -1,0 +1,100 @@
+"""Explaining one transition: every class of action tried, the best refined, compound plans if no single one will do."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from folding_schemas.actions import Action
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry
+from folding_server.vision.solver.alignment import Freedom, align
+from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
+from folding_server.vision.solver.lines import evidence
+from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.realise import realise
+from folding_server.vision.solver.scene import Scene, stack_of
+from folding_server.vision.solver.whole_moves import centered, flip_plans, turned_plans, unfold_plans
+
+EXPLAINED = 0.985
+"""A plan of one action with this agreement ends the search for compound ones."""
+CLASSES = {"rotate": "rotate", "flip": "flip", "fold": "fold", "unfold": "unfold"}
+
+
+@dataclass(frozen=True)
+class Views:
+    """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one."""
+
+    coarse: Scene
+    fine: Scene
+    scale: bool = False
+
+
+def locate(paper: Paper, scene: Scene, scale: bool = False) -> Isometry:
+    """The motion under which a paper explains the photo it was made from."""
+    stack = stack_of(paper)
+    freedom = Freedom(shift=0.04, turn=4.0, scale=0.04 if scale else 0.0, halvings=5)
+    starts = (IDENTITY, centered(stack, scene))
+    return max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement).motion
+
+
+def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort()) -> list[Plan]:
+    """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first."""
+    motions = _drifts(paper, last, views)
+    plans = [_nothing(paper, motions, views)]
+    plans += turned_plans(paper, views.coarse, (), last)
+    plans += flip_plans(paper, views.coarse, last)
+    plans += unfold_plans(paper, views.coarse, motions)
+    plans = [_settled(plan, views) for plan in best_first(plans)[:8]]
+    if max(p.agreement for p in plans if p.actions or True) < EXPLAINED or not _clearly(plans):
+        plans += fold_plans(paper, motions, views, effort)
+    return best_first(plans)
+
+
+def _clearly(plans: Sequence[Plan]) -> bool:
+    """Whether a plan that does something explains the photo."""
+    return any(p.agreement >= EXPLAINED for p in plans if p.actions)
+
+
+def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
+    """Motions under which what has not moved may be found: the last, and the best small drift from it."""
+    stack = stack_of(paper)
+    freedom = Freedom(shift=0.02, turn=2.0, scale=0.03 if views.scale else 0.0, halvings=3)
+    drifted = align(stack, views.coarse, last, freedom).motion
+    return [last, drifted]
+
+
+def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
+    """The plan without actions."""
+    stack = stack_of(paper)
+    settled = align(stack, views.coarse, motions[-1], Freedom(shift=0.02, turn=2.0, halvings=4))
+    return Plan((), "none", paper, settled.motion, settled.agreement, "nothing changed")
+
+
+def _settled(plan: Plan, views: Views) -> Plan:
+    """A plan with its motion and agreement measured on the fine view."""
+    freedom = Freedom(shift=0.01, turn=1.0, scale=0.01 if views.scale else 0.0, halvings=3)
+    settled = align(stack_of(plan.paper), views.fine, plan.motion, freedom)
+    return Plan(plan.actions, plan.action_class, plan.paper, settled.motion, settled.agreement, plan.explanation)
+
+
+def fold_plans(
+    paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort, before: tuple[Action, ...] = ()
+) -> Iterator[Plan]:
+    """Single folds that explain the photo, as actions."""
+    drawn = stack_of(paper)
+    changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    search = FoldSearch(paper, views.coarse, views.fine, changed, effort)
+    for found in search.run(views.scale):
+        plan = _realised(paper, found, before)
+        if plan is not None:
+            yield _settled(plan, views)
+
+
+def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> Plan | None:
+    """A found fold as a plan of real actions."""
+    made = realise(paper, found.moving)
+    if made is None:
+        return None
+    actions, folded = made
+    words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
+    return Plan((*before, *actions), "fold" if not before else "compound", folded, found.motion, found.agreement, words)

@@ -1,0 +1,133 @@
+"""Explaining a photo without a new crease: nothing happened, the model was turned, turned over, or unfolded."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+from folding_schemas.actions import Action, Flip, FlipAxis, Rotate, Unfold
+
+from folding_server.errors import ActionRefused
+from folding_server.simulator import apply
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
+from folding_server.vision.solver.alignment import Aligned, Freedom, align
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.scene import Scene, Stack, stack_of
+
+ROUND_ANGLES = 15.0
+"""Rotations within ``ROUND_REACH`` degrees of a multiple of this are taken to be it; the rest is drift."""
+ROUND_REACH = 5.0
+
+
+def centered(stack: Stack, scene: Scene, motion: Isometry = IDENTITY) -> Isometry:
+    """A motion followed by the shift that brings the stack's middle onto that of the paper in the photo."""
+    x, y = motion(stack.center)
+    cx, cy = scene.center
+    return Isometry(1, 0, 0, 1, cx - x, cy - y).after(motion)
+
+
+def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> list[tuple[float, Aligned]]:
+    """The turns in the plane (degrees clockwise) that explain a photo best, each with its alignment, best first."""
+    tried = []
+    for k in range(int(360 / step)):
+        angle = k * step if k * step <= 180 else k * step - 360
+        motion = centered(_turned(stack, angle), scene, turn(angle, stack.center))
+        tried.append((scene.agreement(stack, motion), angle, motion))
+    tried.sort(key=lambda t: (-t[0], abs(t[1])))
+    kept: list[tuple[float, Isometry]] = []
+    for _, angle, motion in tried:
+        if all(abs((angle - other + 180) % 360 - 180) > 12 for other, _ in kept):
+            kept.append((angle, motion))
+        if len(kept) == keep:
+            break
+    aligned = [(a, align(stack, scene, m, Freedom(shift=0.04, turn=3.0, halvings=4))) for a, m in kept]
+    return sorted(aligned, key=lambda t: -t[1].agreement)
+
+
+def _turned(stack: Stack, angle: float) -> Stack:
+    motion = turn(angle, stack.center)
+    return Stack([[motion(p) for p in outline] for outline in stack.outlines], stack.backs)
+
+
+def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Isometry) -> Iterator[Plan]:
+    """Rotations that explain the photo; ``last`` is the motion under which the paper explained the photo before."""
+    stack = stack_of(paper)
+    for angle, aligned in best_turns(stack, scene):
+        relative = _angle_of(aligned.motion) - _angle_of(last)
+        rounded = _rounded((relative + 180) % 360 - 180)
+        if rounded == 0:
+            continue
+        action = Rotate(angle=rounded)
+        after = apply(paper, action)
+        start = centered(stack_of(after), scene, last)
+        settled = align(stack_of(after), scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
+        yield Plan((*before, action), "rotate" if not before else "compound", after, settled.motion,
+                   settled.agreement, f"the model was turned by {rounded:g} degrees clockwise")
+        del angle
+
+
+def _angle_of(motion: Isometry) -> float:
+    """The clockwise angle of a rotation in degrees."""
+    from math import atan2, degrees
+
+    return degrees(atan2(motion.b, motion.a))
+
+
+def _rounded(angle: float) -> float:
+    """A round angle if one is near, else whole degrees."""
+    nearest = round(angle / ROUND_ANGLES) * ROUND_ANGLES
+    return nearest if abs(nearest - angle) <= ROUND_REACH else float(round(angle))
+
+
+def flip_plans(paper: Paper, scene: Scene, last: Isometry) -> Iterator[Plan]:
+    """Flips about each axis, and a flip about x with the turn that fits best."""
+    axes: Sequence[FlipAxis] = ("x", "y", "y=x", "y=-x")
+    for axis in axes:
+        action = Flip(axis=axis)
+        after = apply(paper, action)
+        stack = stack_of(after)
+        settled = align(stack, scene, centered(stack, scene, last), Freedom(shift=0.04, turn=4.0, halvings=4))
+        yield Plan((action,), "flip", after, settled.motion, settled.agreement, f"the model was turned over about {axis}")
+    first = Flip(axis="x")
+    yield from turned_plans(apply(paper, first), scene, (first,), last)
+
+
+def unfold_plans(paper: Paper, scene: Scene, motions: Sequence[Isometry]) -> Iterator[Plan]:
+    """Each fold undone, and each pair of folds."""
+    singles = list(_unfolded(paper))
+    for action, after in singles:
+        yield _settled((action,), "unfold", after, scene, motions)
+    seen: set[frozenset[object]] = set()
+    for action, after in singles:
+        for second, final in _unfolded(after):
+            key = frozenset(final.creases.items())
+            if key not in seen:
+                seen.add(key)
+                yield _settled((action, second), "compound", final, scene, motions)
+
+
+def _unfolded(paper: Paper) -> Iterator[tuple[Unfold, Paper]]:
+    """Each way to undo one fold: the action and the paper after it."""
+    numbers = sorted({record.fold for e, record in paper.creases.items() if paper.is_folded(e)}, reverse=True)
+    for i, number in enumerate(numbers):
+        edge = min(e for e, record in paper.creases.items() if record.fold == number and paper.is_folded(e))
+        action = Unfold() if i == 0 else Unfold(edge=edge)
+        try:
+            yield action, apply(paper, action)
+        except ActionRefused:
+            continue
+
+
+def _settled(
+    actions: tuple[Action, ...], kind: str, after: Paper, scene: Scene, motions: Sequence[Isometry]
+) -> Plan:
+    """The plan of some actions under the best of the motions, aligned."""
+    stack = stack_of(after)
+    start = max(motions, key=lambda m: scene.agreement(stack, m))
+    settled = align(stack, scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
+    return Plan(actions, "unfold" if kind == "unfold" else "compound", after, settled.motion, settled.agreement,
+                "a crease was unfolded" if len(actions) == 1 else "two creases were unfolded")
+
+
+def pairs_of(papers: Sequence[Paper]) -> Iterator[tuple[Paper, Paper]]:
+    """All pairs."""
+    return combinations(papers, 2)
