@@ -1,0 +1,175 @@
+"""A folded sheet as an SVG diagram: coloured faces, solid outlines and folds, dashed crease marks, vertex labels."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, palette
+from folding_server.diagram.labels import PlacedLabel, place_labels
+from folding_server.diagram.view import View, steady_view
+from folding_server.diagram.visibility import Span, VisibleFace, visible_faces, visible_spans
+from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.plane_geometry import Point, between
+
+Floats = NDArray[np.float64]
+
+FONT = "DejaVu Sans, Verdana, Arial, sans-serif"
+REFERENCE_SIZE = 768
+"""The picture size in pixels at which line widths and label sizes are stated."""
+
+
+FINEST = 0.55
+"""Lines of small pictures get no finer than this part of their width at the reference size."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A visible stretch of an edge in pixels, on paper that shows its back or its front there."""
+
+    start: Point
+    end: Point
+    mark: bool
+    back_up: bool
+
+
+def draw_svg(
+    paper: Paper,
+    colors: Colors = DEFAULT_COLORS,
+    labels: bool = False,
+    size: int = REFERENCE_SIZE,
+    view: View | None = None,
+) -> str:
+    """The diagram of a folded sheet, ``size`` pixels square.
+
+    Grey table; only what the top layers leave visible; solid lines for the sheet's boundary and for folds, dashed
+    lines for crease marks. With ``labels``, vertex ids: vertices at one place share a label, and the ids of vertices
+    that are covered are grey. Without a ``view`` the scale depends on the sheet alone, so that diagrams of the
+    states of one run can be laid over each other. ProgramError for an unknown colour.
+    """
+    inks = palette(colors)
+    body = draw_body(paper, inks, view or steady_view([paper], size), labels)
+    return svg_document(size, size, inks.table, body)
+
+
+def svg_document(width: float, height: float, background: str, body: Iterable[str]) -> str:
+    """A complete SVG document with a plain background."""
+    area = f'width="{width:g}" height="{height:g}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {area} viewBox="0 0 {width:g} {height:g}">'
+    return "\n".join([head, f'<rect {area} fill="{background}"/>', *body, "</svg>\n"])
+
+
+def draw_body(paper: Paper, inks: Palette, view: View, labels: bool) -> list[str]:
+    """The elements of a diagram, without background, in the view's pixels."""
+    faces = visible_faces(paper)
+    strokes = _strokes(paper, visible_spans(paper, faces), {seen.face for seen in faces}, view)
+    unit = max(view.size / REFERENCE_SIZE, FINEST)
+    body = [*_draw_faces(faces, inks, view), *_draw_strokes(strokes, inks, unit)]
+    if labels:
+        placed = place_labels(paper, faces, [(s.start, s.end) for s in strokes], view)
+        body += _draw_labels(placed, unit)
+    return body
+
+
+def _draw_faces(faces: Sequence[VisibleFace], inks: Palette, view: View) -> list[str]:
+    """One path per side; its thin stroke in the same colour closes the hairlines between neighbouring faces."""
+    drawn = []
+    for back_up, fill, name in ((False, inks.front, "front"), (True, inks.back, "back")):
+        rings = [ring for seen in faces if seen.back_up == back_up for part in seen.parts for ring in part]
+        if rings:
+            path = "".join(_ring_path(ring, view) for ring in rings)
+            drawn.append(
+                f'<path class="{name}" d="{path}" fill="{fill}" fill-rule="evenodd" stroke="{fill}" '
+                f'stroke-width="0.7" stroke-linejoin="round"/>'
+            )
+    return drawn
+
+
+def _ring_path(ring: Iterable[Point], view: View) -> str:
+    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in map(view.pixel, ring)) + "Z"
+
+
+def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], view: View) -> list[Stroke]:
+    strokes = []
+    for edge, visible in spans.items():
+        top = max((f for f in paper.edge_faces[edge] if f in shown), key=paper.rank.__getitem__)
+        motion = paper.isometries[top]
+        p, q = (motion(paper.places[v]) for v in edge)
+        mark = paper.letter(edge) == "F"
+        for start, end in visible:
+            ends = view.pixel(between(p, q, start)), view.pixel(between(p, q, end))
+            strokes.append(Stroke(*ends, mark, paper.back_up(top)))
+    return _without_hidden_marks(strokes)
+
+
+def _without_hidden_marks(strokes: Sequence[Stroke]) -> list[Stroke]:
+    """Leave out the marks that run along a solid line: the dashes would only make it look ragged."""
+    lines = [s for s in strokes if not s.mark]
+    marks = [s for s in strokes if s.mark]
+    if not marks or not lines:
+        return list(strokes)
+    start, end = np.array([s.start for s in lines]), np.array([s.end for s in lines])
+    near_start, near_end = (_on_segments(np.array([(s.start, s.end)[i] for s in marks]), start, end) for i in (0, 1))
+    doubled = set(np.flatnonzero((near_start & near_end).any(axis=1)).tolist())
+    return [*lines, *(mark for i, mark in enumerate(marks) if i not in doubled)]
+
+
+def _on_segments(points: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
+    """Whether each point lies within a pixel of each segment: (points, segments)."""
+    step = end - start
+    square = np.maximum((step * step).sum(axis=1), 1e-12)
+    offset = points[:, None] - start
+    along = np.clip((offset * step).sum(axis=2) / square, 0.0, 1.0)
+    gap = offset - along[..., None] * step
+    near: NDArray[np.bool_] = (gap * gap).sum(axis=2) <= 1.0
+    return near
+
+
+def _draw_strokes(strokes: Sequence[Stroke], inks: Palette, unit: float) -> list[str]:
+    """Crease marks first, so that the outlines end them cleanly."""
+    styles = (
+        (True, f'class="mark" stroke-width="{1.3 * unit:.2f}" stroke-dasharray="{7 * unit:.2f} {5 * unit:.2f}"'),
+        (False, f'class="line" stroke-width="{2.2 * unit:.2f}" stroke-linecap="round"'),
+    )
+    drawn = []
+    for mark, style in styles:
+        for back_up, ink in ((False, inks.front_ink), (True, inks.back_ink)):
+            path = "".join(
+                f"M{s.start[0]:.2f} {s.start[1]:.2f}L{s.end[0]:.2f} {s.end[1]:.2f}"
+                for s in strokes
+                if s.mark == mark and s.back_up == back_up
+            )
+            if path:
+                drawn.append(f'<path d="{path}" fill="none" stroke="{ink}" {style}/>')
+    return drawn
+
+
+def _draw_labels(placed: Sequence[PlacedLabel], unit: float) -> list[str]:
+    dots = [
+        f'<circle cx="{p.anchor[0]:.1f}" cy="{p.anchor[1]:.1f}" r="{3 * unit:.1f}" '
+        f'fill="{"#1d1d1f" if p.visible else "#ffffff"}" stroke="#1d1d1f" stroke-width="{unit:.2f}"/>'
+        for p in placed
+    ]
+    leaders = [
+        f'<path d="M{p.anchor[0]:.1f} {p.anchor[1]:.1f}L{p.leader[0]:.1f} {p.leader[1]:.1f}" '
+        f'fill="none" stroke="#5a5a5a" stroke-width="{unit:.2f}"/>'
+        for p in placed
+        if p.leader
+    ]
+    return leaders + dots + [element for p in placed for element in _draw_label(p, unit)]
+
+
+def _draw_label(label: PlacedLabel, unit: float) -> list[str]:
+    left, top, right, bottom = label.box
+    ink = "#12305e" if label.visible else "#6d6d6d"
+    rect = (
+        f'<rect x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}" '
+        f'rx="{3 * unit:.1f}" fill="#ffffff" fill-opacity="0.86"/>'
+    )
+    texts = [
+        f'<text x="{(left + right) / 2:.1f}" y="{top + (i + 0.8) * label.line_height:.1f}" font-family="{FONT}" '
+        f'font-size="{label.font_size:.1f}" font-weight="bold" text-anchor="middle" fill="{ink}">{line}</text>'
+        for i, line in enumerate(label.lines)
+    ]
+    return [rect, *texts]

@@ -1,0 +1,61 @@
+"""How the table plane is laid on a picture: one scale for all steps of a run, so that diagrams can be compared."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import hypot
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Point
+
+MARGIN = 0.07
+"""Free border, as a fraction of the picture's side."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A square picture of ``size`` pixels with the plane point ``center`` in its middle; pixel y points down."""
+
+    size: float
+    pixels_per_unit: float
+    center: Point
+
+    def pixel(self, point: Point) -> Point:
+        """Where a point of the table plane lies in the picture."""
+        half, scale = self.size / 2, self.pixels_per_unit
+        return half + (point[0] - self.center[0]) * scale, half - (point[1] - self.center[1]) * scale
+
+
+def steady_view(papers: Iterable[Paper], size: float) -> View:
+    """The view for one state of a run, or for several states side by side.
+
+    The scale depends on the sheet alone: its diagonal fits between the margins. Folding never makes a sheet wider
+    than its diagonal, so every state fits at this scale. The picture is centred where the flat sheet started, and
+    shifts only as far as it must to keep the paper between the margins.
+    """
+    states = list(papers)
+    width, height = states[0].sheet
+    reach = hypot(width, height) / 2
+    points = [point for paper in states for point in paper.positions.values()]
+    center = (
+        _shifted(width / 2, reach, [x for x, _ in points]),
+        _shifted(height / 2, reach, [y for _, y in points]),
+    )
+    span = max(
+        abs(value - middle) for point in points for value, middle in zip(point, center, strict=True)
+    )
+    return View(size, (1 - 2 * MARGIN) * size / (2 * max(reach, span)), center)
+
+
+def centred_view(paper: Paper, size: float) -> View:
+    """The view at the same scale with the paper in the middle, for pictures that stand by themselves."""
+    xs, ys = zip(*paper.positions.values(), strict=True)
+    center = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+    return View(size, steady_view([paper], size).pixels_per_unit, center)
+
+
+def _shifted(middle: float, reach: float, values: list[float]) -> float:
+    """The centre nearest to ``middle`` from which all values are within reach (their midpoint if none is)."""
+    low, high = max(values) - reach, min(values) + reach
+    if low > high:
+        return (low + high) / 2
+    return min(max(middle, low), high)

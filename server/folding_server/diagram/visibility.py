@@ -1,0 +1,178 @@
+"""What can be seen of a folded sheet from above: the exact visible region of each face, and of each edge."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import hypot
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from folding_server.diagram.convex import ConvexPolygons, convex_polygons
+from folding_server.simulator.paper import Edge, Paper, edge_of
+from folding_server.simulator.plane_geometry import TOLERANCE, Point
+
+SLIVER = 5 * TOLERANCE
+"""Visible parts narrower than this (sheet units) are left out: layers that should coincide differ by about as much."""
+
+EXACT = 1e-9
+"""Outlines that cross by no more than this only touch."""
+
+Ring = list[Point]
+Span = tuple[float, float]
+Geometries = NDArray[Any]
+Indices = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class VisibleFace:
+    """The visible parts of one face: each part is its outer ring and its holes. ``whole`` if nothing covers it."""
+
+    face: int
+    back_up: bool
+    parts: tuple[tuple[Ring, ...], ...]
+    whole: bool
+
+    @property
+    def area(self) -> float:
+        """Visible area in sheet units squared."""
+        return float(sum(shapely.Polygon(part[0], part[1:]).area for part in self.parts))
+
+
+def visible_faces(paper: Paper) -> list[VisibleFace]:
+    """The faces that show at all, bottom to top, with what shows of them."""
+    downward = paper.order[::-1]
+    outlines = [paper.polygon(face) for face in downward]
+    regions, covered, hidden = _uncover(outlines)
+    seen = []
+    for i in np.flatnonzero(~hidden).tolist():
+        parts = _parts(regions[i]) if covered[i] else ((outlines[i],),)
+        if parts:
+            seen.append(VisibleFace(downward[i], paper.back_up(downward[i]), parts, not covered[i]))
+    return seen[::-1]
+
+
+def visible_spans(paper: Paper, faces: Iterable[VisibleFace]) -> Mapping[Edge, list[Span]]:
+    """For each edge that shows, the visible stretches as fractions from its smaller vertex to the other.
+
+    A stretch of an edge shows where one of the faces beside it shows.
+    """
+    spans: dict[Edge, list[Span]] = {}
+    for seen in faces:
+        cycle = paper.faces[seen.face]
+        outline = paper.polygon(seen.face)
+        for i, v in enumerate(cycle):
+            u, p, q = cycle[i - 1], outline[i - 1], outline[i]
+            if u > v:
+                p, q = q, p
+            found = [(0.0, 1.0)] if seen.whole else _stretches(p, q, seen.parts)
+            if found:
+                spans.setdefault(edge_of(u, v), []).extend(found)
+    return {edge: _merged(found) for edge, found in spans.items()}
+
+
+def _polygons(outlines: list[Ring]) -> Geometries:
+    sizes = [len(outline) for outline in outlines]
+    corners = np.array([point for outline in outlines for point in outline], dtype=float)
+    rings = shapely.linearrings(corners, indices=np.repeat(np.arange(len(sizes)), sizes))
+    return np.asarray(shapely.polygons(rings))
+
+
+def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
+    """Cut away from each outline (listed top to bottom) what lies under the ones before it.
+
+    Faces wholly under one other face go first. The rest are worked through together, one covering face each per
+    round. A face that is hidden itself need not cover others: what hides it lies over them as well. Returns what is
+    left of each, which lost something, and which are hidden.
+    """
+    shapes, regions = convex_polygons(outlines), _polygons(outlines)
+    polygons, covered, hidden = regions.copy(), np.zeros(len(outlines), dtype=bool), np.zeros(len(outlines), dtype=bool)
+    lower, upper = _pairs_to_cut(shapes, hidden)
+    while len(lower):
+        rest = ~(hidden[lower] | hidden[upper])
+        lower, upper = lower[rest], upper[rest]
+        first = np.diff(lower, prepend=-1) != 0
+        below = lower[first]
+        regions[below] = shapely.difference(regions[below], polygons[upper[first]])
+        covered[below] = True
+        hidden[below] = _hidden(regions[below])
+        lower, upper = lower[~first], upper[~first]
+    return regions, covered, hidden
+
+
+def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indices]:
+    """Pairs (lower, upper) that overlap, by lower face, the largest common box first.
+
+    Faces that another covers wholly are marked in ``hidden`` on the way and do not occur in the pairs.
+    """
+    lower, upper = np.tril_indices(len(hidden), -1)
+    boxes = shapes.boxes
+    common = np.minimum(boxes[lower, 2:], boxes[upper, 2:]) - np.maximum(boxes[lower, :2], boxes[upper, :2])
+    near = np.flatnonzero((common > EXACT).all(axis=1))
+    lower, upper, common = lower[near], upper[near], common[near]
+    enclosed = (common >= boxes[lower, 2:] - boxes[lower, :2] - 2 * EXACT).all(axis=1)
+    under = shapes.contains(upper[enclosed], lower[enclosed], EXACT)
+    hidden[lower[enclosed][under]] = True
+    left = ~(hidden[lower] | hidden[upper])
+    lower, upper, common = lower[left], upper[left], common[left]
+    meet = shapes.overlaps(lower, upper, EXACT)
+    lower, upper, common = lower[meet], upper[meet], common[meet]
+    order = np.lexsort((-common.prod(axis=1), lower))
+    return lower[order], upper[order]
+
+
+def _hidden(regions: Geometries) -> Flags:
+    """Whether what is left of a face is nothing, or nothing but slivers."""
+    thin: Flags = 2 * shapely.area(regions) <= SLIVER * shapely.length(regions)
+    return thin
+
+
+def _parts(region: Any) -> tuple[tuple[Ring, ...], ...]:
+    pieces = shapely.get_parts(region)
+    kept = pieces[(shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON) & ~_hidden(pieces)]
+    return tuple(_rings(piece) for piece in kept)
+
+
+def _rings(polygon: Any) -> tuple[Ring, ...]:
+    return tuple(
+        [(x, y) for x, y in shapely.get_coordinates(ring)[:-1].tolist()] for ring in shapely.get_rings(polygon)
+    )
+
+
+def _stretches(p: Point, q: Point, parts: Iterable[tuple[Ring, ...]]) -> list[Span]:
+    """The stretches of segment pq that run along the outline of the visible parts, as fractions of pq."""
+    dx, dy = q[0] - p[0], q[1] - p[1]
+    length = hypot(dx, dy)
+    if length <= TOLERANCE:
+        return []
+    ux, uy = dx / length, dy / length
+    found: list[Span] = []
+    for part in parts:
+        for ring in part:
+            before = _along(ring[-1], p, ux, uy)
+            for point in ring:
+                here = _along(point, p, ux, uy)
+                if abs(before[1]) <= TOLERANCE / 2 and abs(here[1]) <= TOLERANCE / 2:
+                    found.append((min(before[0], here[0]) / length, max(before[0], here[0]) / length))
+                before = here
+    clipped = ((max(a, 0.0), min(b, 1.0)) for a, b in found)
+    return [(a, b) for a, b in clipped if (b - a) * length > TOLERANCE]
+
+
+def _along(point: Point, origin: Point, ux: float, uy: float) -> Point:
+    """Coordinates of a point along and across the unit direction from the origin."""
+    x, y = point[0] - origin[0], point[1] - origin[1]
+    return x * ux + y * uy, y * ux - x * uy
+
+
+def _merged(spans: list[Span]) -> list[Span]:
+    """Overlapping and touching stretches joined."""
+    merged: list[Span] = []
+    for start, end in sorted(spans):
+        if merged and start <= merged[-1][1] + 1e-6:
+            merged[-1] = (merged[-1][0], max(merged[-1][1], end))
+        else:
+            merged.append((start, end))
+    return merged

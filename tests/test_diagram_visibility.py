@@ -1,0 +1,110 @@
+"""What a diagram shows: exact visible regions and edges."""
+
+import math
+import random
+
+import pytest
+import shapely
+from folding_server.diagram.visibility import SLIVER, visible_faces, visible_spans
+from folding_server.errors import FoldingError
+from folding_server.simulator import Paper, add_vertex, flip, fold, new_paper, rotate, unfold
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+
+def half_folded() -> Paper:
+    """The square with its upper half folded down over the lower one."""
+    paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.5), (3, 2), 0.5)
+    return fold(paper, (5, 6), 1)
+
+
+def random_paper(seed: int, folds: int) -> Paper:
+    """A paper after random folds, some opened again, some with a flip or a turn between them."""
+    chance = random.Random(seed)
+    paper = new_paper()
+    for _ in range(folds):
+        try:
+            cut = paper
+            for _ in range(2):
+                boundary = [edge for edge, beside in cut.edge_faces.items() if len(beside) == 1]
+                cut = add_vertex(cut, chance.choice(boundary), chance.uniform(0.15, 0.85))
+            folded = fold(cut, (max(cut.places) - 1, max(cut.places)), chance.choice((1, -1)))
+            paper = unfold(folded) if chance.random() < 0.3 else folded
+        except FoldingError:
+            continue
+        if chance.random() < 0.3:
+            paper = flip(paper, "x")
+        if chance.random() < 0.3:
+            paper = rotate(paper, chance.uniform(0, 360))
+    return paper
+
+
+def test_a_flat_sheet_is_wholly_visible() -> None:
+    paper = new_paper()
+    (face,) = visible_faces(paper)
+    assert face.whole
+    assert not face.back_up
+    assert face.area == pytest.approx(1.0)
+    assert set(visible_spans(paper, [face])) == set(paper.edge_faces)
+
+
+def test_a_covered_face_does_not_show() -> None:
+    paper = half_folded()
+    (face,) = visible_faces(paper)
+    assert face.back_up
+    assert face.area == pytest.approx(0.5)
+
+
+def test_an_edge_under_another_layer_shows_only_where_it_comes_out() -> None:
+    paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.75), (3, 2), 0.75)
+    paper = fold(paper, (5, 6), 1)
+    spans = visible_spans(paper, visible_faces(paper))
+    assert spans[(4, 5)] == [pytest.approx((0.0, 2 / 3))]
+    assert spans[(3, 4)] == [(0.0, 1.0)]
+
+
+def test_a_crease_mark_between_two_visible_faces_is_one_stretch() -> None:
+    paper = unfold(half_folded())
+    spans = visible_spans(paper, visible_faces(paper))
+    assert spans[(5, 6)] == [(0.0, 1.0)]
+
+
+def test_layers_that_agree_but_for_the_tolerance_show_no_slivers() -> None:
+    paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.5 + 2e-5), (3, 2), 0.5 + 2e-5)
+    paper = fold(paper, (5, 6), 1)
+    assert len(visible_faces(paper)) == 1
+
+
+def test_a_narrow_face_that_nothing_covers_is_shown() -> None:
+    paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.9997), (3, 2), 0.9997)
+    paper = unfold(fold(paper, (5, 6), 1))
+    assert sum(face.area for face in visible_faces(paper)) == pytest.approx(1.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 6))
+def test_visible_regions_tile_the_silhouette(seed: int, folds: int) -> None:
+    paper = random_paper(seed, folds)
+    seen = visible_faces(paper)
+    silhouette = shapely.union_all([shapely.Polygon(paper.polygon(face)) for face in paper.faces])
+    outlines = sum(shapely.Polygon(paper.polygon(face)).length for face in paper.faces)
+    assert math.isclose(sum(face.area for face in seen), silhouette.area, abs_tol=SLIVER * outlines)
+    shapes = [shapely.MultiPolygon([(part[0], part[1:]) for part in face.parts]) for face in seen]
+    assert sum(shape.area for shape in shapes) <= shapely.union_all(shapes).area + SLIVER * outlines
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 6), st.integers(0, 10**6))
+def test_the_face_shown_at_a_point_is_the_topmost_there(seed: int, folds: int, where: int) -> None:
+    paper = random_paper(seed, folds)
+    chance = random.Random(where)
+    shapes = {face: shapely.Polygon(paper.polygon(face)) for face in paper.faces}
+    seen = {f.face: shapely.MultiPolygon([(part[0], part[1:]) for part in f.parts]) for f in visible_faces(paper)}
+    left, bottom, right, top = shapely.union_all(list(shapes.values())).bounds
+    for _ in range(20):
+        point = shapely.Point(chance.uniform(left, right), chance.uniform(bottom, top))
+        if min(shape.boundary.distance(point) for shape in shapes.values()) < 2 * SLIVER:
+            continue
+        there = [face for face in paper.order if shapes[face].contains(point)]
+        shown = [face for face, shape in seen.items() if shape.contains(point)]
+        assert shown == there[-1:]
