@@ -11,7 +11,7 @@ from folding_schemas.state import FoldedState
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
 AttemptOutcome = Literal["open", "restored", "saved", "committed"]
-ExportFormat = Literal["fold", "crease-pattern", "svg", "png", "obj", "program"]
+ExportFormat = Literal["fold", "crease-pattern", "crease-pattern-svg", "svg", "png", "obj", "program"]
 
 
 class SequenceInfo(Wire):
