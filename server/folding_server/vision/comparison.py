@@ -1,0 +1,180 @@
+"""A folded state against a photo: how well it explains what is seen, and in words where it does not."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.simulator.paper import Paper
+from folding_server.vision.agreement import Target
+from folding_server.vision.alignment import FIXED, Alignment, align_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.raster import draw_paper
+from folding_server.vision.seeing import SeenFrame
+
+Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
+Mask = npt.NDArray[np.uint8]
+
+MATCHING_AGREEMENT = 0.965
+"""Share of agreeing pixels that a match needs."""
+DIVERGED_AGREEMENT = 0.75
+"""Share of agreeing pixels below which the state is another model altogether."""
+MATCHING_WIDTH = 0.035
+"""Sheet units that the widest disagreement of a match may measure across."""
+BORDER_NOISE = 0.012
+"""Width, in sheet units, of disagreement along outlines that is put down to the photo."""
+MOST_WORDS = 5
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """One connected region in which photo and diagram differ; lengths in sheet units, area in units squared."""
+
+    seen: int
+    predicted: int
+    area: float
+    width: float
+    place: str
+
+    def __str__(self) -> str:
+        sight, diagram = NAMES[self.seen], NAMES[self.predicted]
+        size = f"area {self.area:.3f}, {self.width:.2f} wide"
+        return f"{self.place}: the photo shows {sight} where the diagram has {diagram} ({size})"
+
+
+@dataclass(frozen=True)
+class Match:
+    """The answer of :func:`compare`.
+
+    ``iou`` has front, back and paper (only paper if the sides look alike); a class that neither photo nor diagram
+    shows counts as 1. ``outline_distance`` is the mean symmetric distance of the silhouettes in sheet units,
+    ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the aligned label image.
+    """
+
+    verdict: Verdict
+    agreement: float
+    iou: dict[str, float]
+    outline_distance: float
+    outline_worst: float
+    alignment: Alignment
+    discrepancies: tuple[Discrepancy, ...]
+    predicted: Labels
+
+    @property
+    def words(self) -> list[str]:
+        """The largest discrepancies, one sentence each, largest first."""
+        return [str(d) for d in self.discrepancies[:MOST_WORDS]]
+
+
+def compare(paper: Paper, seen: SeenFrame, scales: tuple[float, float] = FIXED) -> Match:
+    """Compare a folded sheet with a photo after the best small motion; ``scales`` as for :func:`align`."""
+    target = Target(seen.labels, seen.grid, seen.two_coloured)
+    alignment = align_paper(paper, target, scales)
+    predicted = draw_paper(paper, seen.grid, alignment.motion)
+    if not seen.two_coloured:
+        predicted = as_one_colour(predicted)
+    mean, worst = outline_distances(predicted, seen.labels, seen.grid.pixels_per_unit)
+    found = discrepancies(predicted, seen)
+    verdict = judge(alignment.agreement, found)
+    iou = class_iou(predicted, seen.labels, seen.two_coloured)
+    return Match(verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted)
+
+
+def judge(agreement: float, found: tuple[Discrepancy, ...]) -> Verdict:
+    """The verdict for an agreement and what disagrees."""
+    if agreement < DIVERGED_AGREEMENT:
+        return "EXTREME DIVERGENCE"
+    widest = max((d.width for d in found), default=0.0)
+    return "MATCH" if agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH else "MISMATCH"
+
+
+def class_iou(predicted: Labels, seen: Labels, two_coloured: bool) -> dict[str, float]:
+    """Intersection over union by class where the photo's class is known."""
+    known = seen != UNKNOWN
+    result = {"paper": _iou(is_paper(predicted) & known, is_paper(seen))}
+    if two_coloured:
+        result["front"] = _iou((predicted == FRONT) & known, seen == FRONT)
+        result["back"] = _iou((predicted == BACK) & known, seen == BACK)
+    return result
+
+
+def _iou(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]) -> float:
+    union = int(np.count_nonzero(first | second))
+    return int(np.count_nonzero(first & second)) / union if union else 1.0
+
+
+def outline_distances(predicted: Labels, seen: Labels, pixels_per_unit: float) -> tuple[float, float]:
+    """Mean and 95 % quantile of the distance between two silhouettes, both ways, in sheet units.
+
+    Outline that lies at something unknown is left out.
+    """
+    hidden = cv2.dilate((seen == UNKNOWN).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    first, second = (_outline(is_paper(labels).astype(np.uint8)) for labels in (predicted, seen))
+    if not (first & ~hidden).any() or not (second & ~hidden).any():
+        return 1.0, 1.0
+    there = _distance_to(second | hidden)[first & ~hidden]
+    back = _distance_to(first | hidden)[second & ~hidden]
+    both = np.concatenate([there, back]) / pixels_per_unit
+    return float(both.mean()), float(np.quantile(both, 0.95))
+
+
+def _outline(mask: Mask) -> npt.NDArray[np.bool_]:
+    """The pixels of a mask that touch its outside."""
+    return np.asarray((mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8)) == 0))
+
+
+def _distance_to(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
+def discrepancies(predicted: Labels, seen: SeenFrame) -> tuple[Discrepancy, ...]:
+    """The regions wider than border noise in which photo and diagram differ, largest area first."""
+    found: list[Discrepancy] = []
+    frame = _frame(is_paper(predicted) | is_paper(seen.labels))
+    for here in (BACKGROUND, FRONT, BACK):
+        for there in (BACKGROUND, FRONT, BACK):
+            if here != there:
+                mask = ((seen.labels == here) & (predicted == there)).astype(np.uint8)
+                found += _regions(mask, here, there, seen.grid.pixels_per_unit, frame)
+    return tuple(sorted(found, key=lambda d: d.area, reverse=True))
+
+
+def _regions(
+    mask: Mask, here: int, there: int, pixels_per_unit: float, frame: tuple[float, float, float, float]
+) -> list[Discrepancy]:
+    if not mask.any():
+        return []
+    depth = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    count, numbered, stats, centroids = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    deepest = np.zeros(count)
+    np.maximum.at(deepest, numbered.ravel(), depth.ravel())
+    return [
+        Discrepancy(
+            here,
+            there,
+            float(stats[i, cv2.CC_STAT_AREA]) / pixels_per_unit**2,
+            float(2 * deepest[i] - 1) / pixels_per_unit,
+            _place(centroids[i], frame),
+        )
+        for i in range(1, count)
+        if 2 * deepest[i] - 1 > BORDER_NOISE * pixels_per_unit
+    ]
+
+
+def _frame(paper: npt.NDArray[np.bool_]) -> tuple[float, float, float, float]:
+    """The box about all paper in pixels: left, upper, width, height."""
+    rows, cols = np.nonzero(paper)
+    if not len(rows):
+        return 0.0, 0.0, float(paper.shape[1]), float(paper.shape[0])
+    return float(cols.min()), float(rows.min()), float(np.ptp(cols)) + 1, float(np.ptp(rows)) + 1
+
+
+def _place(pixel: npt.NDArray[np.float64], frame: tuple[float, float, float, float]) -> str:
+    """Where a pixel lies in the paper's box, in words."""
+    left, upper, width, height = frame
+    column = min(2, int(3 * (pixel[0] - left) / width))
+    row = min(2, int(3 * (pixel[1] - upper) / height))
+    words = [("upper", "", "lower")[row], ("left", "", "right")[column]]
+    return " ".join(word for word in words if word) or "centre"
