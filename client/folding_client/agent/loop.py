@@ -1,0 +1,202 @@
+"""The agent's loop: query the model, execute its tool calls, append the results. Limits are checked in query."""
+
+from dataclasses import dataclass
+
+from folding_client.agent.context import StepContext
+from folding_client.agent.opening import opening
+from folding_client.agent.toolbox import Toolbox
+from folding_client.interrupts import (
+    AttemptsUsedUp,
+    NothingCalled,
+    ReplyCutOff,
+    ReplyEmpty,
+    StepFailed,
+    StepHopeless,
+    StepOver,
+)
+from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
+from folding_client.progress import Progress
+from folding_client.record.recorder import Recorder
+from folding_client.selector import Selector
+from folding_client.server import FoldingServer
+from folding_client.voice import Voice
+from folding_prompts import prompt
+from folding_schemas.results import (
+    AttemptCommitted,
+    AttemptList,
+    CheckpointRestored,
+    CheckpointState,
+    RunInfo,
+)
+
+SILENT_REPLIES = 3
+"""So many replies in a row without a tool call rewind the context to before them."""
+
+
+@dataclass(frozen=True)
+class Habits:
+    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops."""
+
+    failures: int = 10
+    frugal: bool = True
+    examples: tuple[Message, ...] = ()
+
+
+class Agent:
+    """Reconstructs a sequence frame by frame. Every step starts from a fresh context."""
+
+    def __init__(self, voice: Voice, server: FoldingServer, toolbox: Toolbox, selector: Selector,
+                 recorder: Recorder, progress: Progress, habits: Habits) -> None:
+        self._voice = voice
+        self._server = server
+        self._toolbox = toolbox
+        self._selector = selector
+        self._recorder = recorder
+        self._progress = progress
+        self._habits = habits
+        self._history: dict[int, CheckpointState] = {}
+        self._failed = 0
+
+    async def run(self) -> RunInfo:
+        """Work until every frame is saved. RunStopped if something ends the run before."""
+        while not (info := await self._server.where()).complete:
+            self._recorder.outcome("running", "", len(info.saved), info.frames)
+            await self._step(info)
+        return info
+
+    async def _step(self, info: RunInfo) -> None:
+        """One step, from its opening to whatever ends it."""
+        info = await self._at_an_open_frame(info)
+        frame = info.next_frame or info.frames
+        self._progress.step(frame, info.frames, len(info.saved))
+        self._recorder.event("step_started", frame=frame, saved=info.saved)
+        try:
+            if await self._spent(info):
+                raise AttemptsUsedUp(frame)
+            await self._converse(info)
+        except StepOver as over:
+            self._failed = 0
+            self._recorder.event("step_over", frame=over.frame, complete=over.complete)
+        except AttemptsUsedUp as spent:
+            self._failed = 0
+            await self._select(spent.frame)
+        except StepFailed as failure:
+            await self._start_again(frame, failure)
+
+    async def _at_an_open_frame(self, info: RunInfo) -> RunInfo:
+        """The run standing where a frame is left to do: after the last checkpoint of an unfinished chain."""
+        if info.next_frame is not None:
+            return info
+        await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=max(info.saved))
+        return await self._server.where()
+
+    async def _converse(self, info: RunInfo) -> None:
+        """Query, execute, append, until an interrupt ends the step."""
+        context = StepContext(await self._opening(info), frugal=self._habits.frugal)
+        silent_from: list[int] = []
+        while True:
+            reply = await self._query(context)
+            start = len(context)
+            context.append(answered(reply))
+            try:
+                await self._execute(reply, context)
+                silent_from.clear()
+            except NothingCalled:
+                silent_from.append(start)
+                self._nudge(context, silent_from)
+
+    async def _query(self, context: StepContext) -> Reply:
+        messages, new_from = context.to_send()
+        reply = await self._voice.query(messages, list(self._toolbox.offered.values()), new_from)
+        if reply.finish_reason == "length":
+            message = "the reply ran into its token limit"
+            raise ReplyCutOff(message)
+        if not reply.tool_calls and not reply.text.strip():
+            message = f"the reply is empty (it finished with {reply.finish_reason!r})"
+            raise ReplyEmpty(message)
+        return reply
+
+    async def _execute(self, reply: Reply, context: StepContext) -> None:
+        """Carry out the calls of a reply in order, and append each result as it comes."""
+        if not reply.tool_calls:
+            raise NothingCalled(reply.text)
+        failed: ToolCall | None = None
+        for call in reply.tool_calls:
+            result = self._skipped(call, failed) or await self._carry_out(call)
+            context.append(tool_answer(call, result))
+            if result.is_error:
+                failed = failed or call
+            elif call.name == "save_checkpoint" and result.structured:
+                raise StepOver(result.structured["frame"], complete=result.structured["complete"])
+            if result.is_error or call.name == "restore_checkpoint":
+                await self._check_budget(call)
+
+    async def _carry_out(self, call: ToolCall) -> ToolResult:
+        self._progress.doing(call.name)
+        return await self._toolbox.execute(call)
+
+    def _skipped(self, call: ToolCall, failed: ToolCall | None) -> ToolResult | None:
+        """A call that would change the paper after an earlier call of the same reply failed is not carried out."""
+        spec = self._toolbox.offered.get(call.name)
+        if failed is None or spec is None or spec.read_only:
+            return None
+        text = f"Not carried out, because {failed.name} before it in the same reply failed; look at its error first."
+        self._recorder.event("skipped", call=call.name, because_of=failed.name)
+        return ToolResult(text, is_error=True)
+
+    def _nudge(self, context: StepContext, silent_from: list[int]) -> None:
+        """Ask for a tool call; after the third silent reply in a row, go back to before them."""
+        if len(silent_from) < SILENT_REPLIES:
+            context.append(user(prompt("agent/nudge")))
+            return
+        context.rewind(silent_from[0])
+        silent_from.clear()
+        self._recorder.event("rewound", messages=len(context))
+        self._count_failure(f"{SILENT_REPLIES} replies in a row called no tool")
+
+    async def _start_again(self, frame: int, failure: StepFailed) -> None:
+        """Put the paper back to the step's checkpoint and count the failure."""
+        info = await self._server.where()
+        if info.pending and frame > 1:
+            await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=(info.next_frame or 0) - 1)
+        self._recorder.event("rolled_back", frame=frame, cause=type(failure).__name__, reason=str(failure))
+        self._count_failure(str(failure))
+
+    def _count_failure(self, why: str) -> None:
+        self._failed += 1
+        if self._failed >= self._habits.failures:
+            message = f"The step failed {self._failed} times in a row, the last time because {why}; resume to try again."
+            raise StepHopeless(message)
+
+    async def _check_budget(self, call: ToolCall) -> None:
+        """After a restore or a refused change: is there no attempt left from here?"""
+        spec = self._toolbox.offered.get(call.name)
+        if spec is None or spec.read_only:
+            return
+        info = await self._server.where()
+        if await self._spent(info):
+            raise AttemptsUsedUp(info.next_frame or 0)
+
+    async def _spent(self, info: RunInfo) -> bool:
+        """Whether the next frame's attempts are used up, the last one included."""
+        frame = info.next_frame or 0
+        if info.pending or info.attempts.get(frame, 0) < info.budget:
+            return False
+        attempts, _ = await self._server.ask(AttemptList, "list_attempts", frame=frame)
+        return not any(attempt.outcome == "open" for attempt in attempts.attempts)
+
+    async def _select(self, frame: int) -> None:
+        """Let the selector choose among the attempts at a frame, and commit its choice."""
+        self._progress.doing("choosing among the attempts")
+        attempts, diagrams = await self._server.ask(AttemptList, "list_attempts", frame=frame)
+        choice = await self._selector.choose(attempts, diagrams)
+        self._recorder.event("selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason)
+        await self._server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
+        self._history.clear()
+
+    async def _opening(self, info: RunInfo) -> list[Message]:
+        for frame in info.saved:
+            known = self._history.get(frame)
+            if known is None or (frame > 1 and tuple(known.actions) != info.program.steps[frame - 2]):
+                self._history[frame] = (await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame))[0]
+        return opening(info, list(self._toolbox.offered.values()), self._history, self._habits.examples)

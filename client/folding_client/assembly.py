@@ -1,0 +1,68 @@
+"""Building what works on a run, from its settings: models by role, critics, selector, agent."""
+
+from dataclasses import dataclass
+
+from folding_client.agent.loop import Agent, Habits
+from folding_client.agent.toolbox import Toolbox
+from folding_client.critic import Critic, GeometricCritic, ModelCritic
+from folding_client.models.base import Model
+from folding_client.models.choose import continued, make_model
+from folding_client.overview import GeometricOverview, ModelOverview, OverviewCritic
+from folding_client.progress import Progress
+from folding_client.record.events import read_events
+from folding_client.record.recorder import Recorder
+from folding_client.selector import GeometricSelector, ModelSelector, Selector
+from folding_client.server import FoldingServer
+from folding_client.settings import Role, Settings
+from folding_client.voice import Voice
+
+
+@dataclass(frozen=True)
+class Cast:
+    """The models of a run by role; None where geometry does the work without a model."""
+
+    agent: Model
+    critic: Model | None
+    overview: Model | None
+    selector: Model | None
+
+
+def make_cast(settings: Settings, recorder: Recorder) -> Cast:
+    """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown id."""
+    def of(role: Role) -> Model | None:
+        spec = settings.role(role)
+        return None if role != "agent" and spec == "geometric" else _made(spec, role, settings, recorder)
+
+    return Cast(_made(settings.model, "agent", settings, recorder), of("critic"), of("overview"), of("selector"))
+
+
+def _made(spec: str, role: Role, settings: Settings, recorder: Recorder) -> Model:
+    def note(reason: str, seconds: float) -> None:
+        recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
+
+    model = make_model(spec, role, settings, note)
+    continued(model, role, read_events(recorder.folder.events))
+    return model
+
+
+def make_critic(cast: Cast, server: FoldingServer, recorder: Recorder) -> Critic:
+    """The critic of a cast."""
+    return ModelCritic(Voice("critic", cast.critic, recorder)) if cast.critic else GeometricCritic(server)
+
+
+def make_selector(cast: Cast, server: FoldingServer, recorder: Recorder) -> Selector:
+    """The selector of a cast."""
+    return ModelSelector(Voice("selector", cast.selector, recorder), server) if cast.selector \
+        else GeometricSelector(server)
+
+
+def make_agent(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
+               colors: tuple[str, str]) -> Agent:
+    """The agent with its toolbox, on a server whose run is open."""
+    overview: OverviewCritic = ModelOverview(Voice("overview", cast.overview, recorder)) if cast.overview \
+        else GeometricOverview(server)
+    toolbox = Toolbox(server, make_critic(cast, server, recorder), overview, recorder, colors,
+                      paper_only=settings.paper_tools)
+    voice = Voice("agent", cast.agent, recorder, settings.max_queries)
+    habits = Habits(settings.failures_per_step, settings.frugal)
+    return Agent(voice, server, toolbox, make_selector(cast, server, recorder), recorder, progress, habits)

@@ -1,0 +1,123 @@
+"""``foldingagent``: reconstruct sequences, resume and replay runs."""
+
+import asyncio
+import json
+import signal
+import sys
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+from pydantic import ValidationError
+from rich.console import Console
+
+from folding_client.interrupts import Interrupt, UsageError
+from folding_client.progress import Shown
+from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
+from folding_client.record.redaction import redact
+from folding_client.settings import Settings
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
+                  help="Reconstruct folding programs from photos of origami.")
+Answer = TypeVar("Answer")
+EXIT_STOPPED = 3
+EXIT_INTERRUPTED = 130
+
+
+@app.callback()
+def _commands() -> None:
+    """Reconstruct folding programs from photos of origami."""
+
+
+@app.command()
+def run(
+    sequence: Annotated[Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json.")] = None,
+    model: Annotated[str | None, typer.Option(help="geometric, scripted:FILE or litellm/PROVIDER/MODEL.")] = None,
+    critic: Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")] = None,
+    overview: Annotated[str | None, typer.Option(help="Model of the overview critic.")] = None,
+    selector: Annotated[str | None, typer.Option(help="Model of the selector.")] = None,
+    variant: Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")] = None,
+    few_shot: Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")] = None,
+    max_queries: Annotated[int | None, typer.Option(help="Most queries of the agent for this sequence.")] = None,
+    thinking_budget: Annotated[int | None, typer.Option(help="Thinking tokens for one query.")] = None,
+    paper_tools: Annotated[bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")] = None,
+    keep_images: Annotated[bool, typer.Option("--keep-images", help="Send superseded images again.")] = False,
+    api_base: Annotated[str | None, typer.Option(help="Address of the model's provider.")] = None,
+    server_url: Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder; runs/NAME-TIME if left out.")] = None,
+    resume: Annotated[Path | None, typer.Option(help="Run folder to go on with.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+) -> None:
+    """Reconstruct a sequence, or go on with a run."""
+    given = {"model": model, "critic": critic, "overview": overview, "selector": selector, "variant": variant,
+             "few_shot": few_shot, "max_queries": max_queries, "thinking_budget": thinking_budget,
+             "paper_tools": paper_tools, "frugal": False if keep_images else None, "api_base": api_base,
+             "server_url": server_url}
+    settings = _settings(given)
+    if resume is not None:
+        job = resumed_job(resume, sequence, settings)
+    elif sequence is not None:
+        job = new_job(sequence, out, settings)
+    else:
+        message = "Name a sequence folder to reconstruct, or a run to go on with: --resume DIR."
+        raise UsageError(message)
+    with Shown(Console(stderr=True)) as progress:
+        outcome = _finish(reconstruct(job, progress))
+    _show(outcome, job.folder.path, as_json=as_json)
+    if outcome.status != "complete":
+        raise typer.Exit(EXIT_STOPPED)
+
+
+def _settings(given: dict[str, Any]) -> Settings:
+    try:
+        return Settings(**{name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        first = error.errors()[0]
+        option = "--" + str(first["loc"][0]).replace("_", "-")
+        message = f"{option} cannot be {first['input']!r}: {first['msg']}."
+        raise UsageError(message) from error
+
+
+def _finish(work: Coroutine[Any, Any, Answer]) -> Answer:
+    """Run to the end; SIGTERM ends it as Ctrl-C does."""
+    async def guarded() -> Answer:
+        task = asyncio.current_task()
+        if task is not None:
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+        return await work
+
+    return asyncio.run(guarded())
+
+
+def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
+    program = json.loads((folder / "program.json").read_text()) if (folder / "program.json").exists() else None
+    if as_json:
+        document = {"run": str(folder), "status": outcome.status, "reason": outcome.reason, "program": program,
+                    "outcome": outcome.run["outcome"], "totals": outcome.run["totals"]}
+        typer.echo(redact(json.dumps(document, indent=1)))
+        return
+    if program is not None:
+        typer.echo(f"Program of {program['name']}:")
+        for frame, step in enumerate(program["steps"], start=2):
+            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(_action, step)) or 'nothing'}")
+    summary = outcome.run["outcome"]
+    typer.echo(f"{summary['frames_saved']} of {summary['frames']} frames saved in {summary['seconds']:.1f} s: {folder}")
+    if outcome.status != "complete":
+        typer.echo(redact(outcome.reason), err=True)
+
+
+def _action(action: dict[str, Any]) -> str:
+    return f"{action['action']}({', '.join(str(value) for key, value in action.items() if key != 'action')})"
+
+
+def main() -> None:
+    """Entry point: a user's mistake is one line and exit code 2, Ctrl-C leaves a run that can be resumed."""
+    try:
+        app()
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        typer.echo("Interrupted; the run folder is complete so far, go on with --resume.", err=True)
+        sys.exit(EXIT_INTERRUPTED)
+    except Interrupt as error:
+        typer.echo(redact(str(error)), err=True)
+        sys.exit(2 if isinstance(error, UsageError) else EXIT_STOPPED)

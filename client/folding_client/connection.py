@@ -1,0 +1,136 @@
+"""One live connection to a folding server, over stdio or HTTP, kept in a task of its own.
+
+The SDK ends a broken connection by cancelling whatever runs inside its context. A task of its own keeps that from
+the run: a caller sees an answer, or ``ConnectionLost``.
+"""
+
+import asyncio
+import contextlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TextIO, TypeVar
+
+from mcp import Client, MCPError, StdioServerParameters
+from mcp.client.stdio import stdio_client
+from mcp.client.streamable_http import streamable_http_client
+from mcp.types import CallToolResult, Tool
+
+from folding_client.interrupts import Interrupt
+
+Answer = TypeVar("Answer")
+_CONNECTION_CLOSED = -32000
+_TIMED_OUT = -32001
+
+
+class ConnectionLost(Interrupt):
+    """The server went away before it answered."""
+
+
+@dataclass(frozen=True)
+class ServerAddress:
+    """Where the folding server is: a URL, or, without one, a process to start on these folders."""
+
+    sequences: Path
+    data: Path
+    url: str | None = None
+    patience: float = 600.0
+
+    def command(self) -> StdioServerParameters:
+        """The process to start. It gets no variable of this environment beyond what a shell needs."""
+        return StdioServerParameters(command=sys.executable, args=[
+            "-m", "folding_server", "--sequences", str(self.sequences), "--data", str(self.data)])
+
+
+@dataclass(frozen=True)
+class _Request:
+    name: str
+    arguments: Mapping[str, Any]
+    answer: asyncio.Future[CallToolResult]
+
+
+class Connection:
+    """A connection from ``open`` to ``close``. ``log`` takes what the server process writes to stderr."""
+
+    def __init__(self, address: ServerAddress, log: TextIO) -> None:
+        self.tools: list[Tool] = []
+        self.server_version = ""
+        self._address = address
+        self._log = log
+        self._inbox: asyncio.Queue[_Request | None] = asyncio.Queue()
+        self._ready: asyncio.Future[None]
+        self._task: asyncio.Task[None] | None = None
+
+    async def open(self) -> None:
+        """Connect and read the server's tools. ConnectionLost if that fails."""
+        self._ready = asyncio.get_running_loop().create_future()
+        self._task = asyncio.create_task(self._serve())
+        await self._until(self._ready)
+
+    async def call(self, name: str, arguments: Mapping[str, Any]) -> CallToolResult:
+        """Call a tool. ConnectionLost if the server does not live to answer; MCPError if it refuses the request."""
+        request = _Request(name, arguments, asyncio.get_running_loop().create_future())
+        self._inbox.put_nowait(request)
+        return await self._until(request.answer)
+
+    async def close(self) -> None:
+        """Disconnect; a process that was started for this connection ends."""
+        if self._task is None:
+            return
+        self._inbox.put_nowait(None)
+        await asyncio.wait({self._task}, timeout=10)
+        self._task.cancel()
+        with contextlib.suppress(asyncio.CancelledError, Exception):
+            await self._task
+
+    async def _until(self, answer: asyncio.Future[Answer]) -> Answer:
+        """The answer, or ConnectionLost if the connection ends before it comes."""
+        assert self._task is not None, "the connection is open"
+        await asyncio.wait({self._task, answer}, return_when=asyncio.FIRST_COMPLETED)
+        if not answer.done():
+            raise ConnectionLost(self._why_it_ended())
+        return answer.result()
+
+    def _client(self) -> Client:
+        if self._address.url is not None:
+            transport = streamable_http_client(self._address.url, max_sse_event_size=None)
+            return Client(transport, read_timeout_seconds=self._address.patience)
+        transport = stdio_client(self._address.command(), errlog=self._log)
+        return Client(transport, read_timeout_seconds=self._address.patience)
+
+    async def _serve(self) -> None:
+        async with self._client() as client:
+            await self._read_tools(client)
+            self._ready.set_result(None)
+            while (request := await self._inbox.get()) is not None:
+                await _answer(client, request)
+
+    async def _read_tools(self, client: Client) -> None:
+        page = await client.list_tools()
+        self.tools = list(page.tools)
+        while page.next_cursor:
+            page = await client.list_tools(cursor=page.next_cursor)
+            self.tools += page.tools
+        self.server_version = client.server_info.version if client.server_info else ""
+
+    def _why_it_ended(self) -> str:
+        assert self._task is not None, "the connection is open"
+        if self._task.cancelled():
+            return "the connection was cancelled"
+        error = self._task.exception() if self._task.done() else None
+        while isinstance(error, BaseExceptionGroup):
+            error = error.exceptions[0]
+        return str(error) or type(error).__name__ if error else "the connection ended"
+
+
+async def _answer(client: Client, request: _Request) -> None:
+    """Answer one request; what means that the connection is dead is raised, to end it."""
+    try:
+        result = await client.call_tool(request.name, dict(request.arguments))
+    except MCPError as error:
+        if error.code in (_CONNECTION_CLOSED, _TIMED_OUT):
+            raise
+        request.answer.set_exception(error)
+    else:
+        request.answer.set_result(result)

@@ -1,0 +1,186 @@
+"""A run from start to end: its folder, the server, the agent, the results."""
+
+import asyncio
+import platform
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from folding_client.assembly import make_agent, make_cast
+from folding_client.connection import ServerAddress
+from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.outputs import write_outputs
+from folding_client.progress import Progress
+from folding_client.record.folder import RunFolder
+from folding_client.record.recorder import FORMAT, Recorder
+from folding_client.server import FoldingServer
+from folding_client.settings import ROLES, Settings
+from folding_schemas.results import RunInfo
+
+
+@dataclass(frozen=True)
+class Job:
+    """A sequence to reconstruct, or a run to go on with: ``sequence`` is the folder, ``folder`` the run's."""
+
+    sequence: Path
+    folder: RunFolder
+    settings: Settings
+    resumes: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: ``status`` is complete, stopped, or interrupted."""
+
+    status: str
+    reason: str
+    run: dict[str, Any]
+
+
+def new_job(sequence: Path, out: Path | None, settings: Settings) -> Job:
+    """A job for a new run. UsageError if the sequence folder is none, or the run folder is taken."""
+    folder = _sequence(sequence)
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    run = RunFolder((out or Path("runs") / f"{folder.name}-{stamp}").expanduser().resolve())
+    run.create()
+    return Job(folder, run, settings)
+
+
+def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
+    """A job that goes on with a recorded run, with its settings but for those given now.
+
+    UsageError if the sequence or a model given is not the run's, or the run is complete.
+    """
+    folder = RunFolder(path.expanduser().resolve())
+    about = folder.description()
+    recorded = Path(about["sequence"]["folder"])
+    if sequence is not None and sequence.expanduser().resolve() != recorded:
+        message = f"{path} is a run of {recorded}, not of {sequence}; resume it without a sequence, or start a new run."
+        raise UsageError(message)
+    if about["outcome"]["status"] == "complete":
+        message = f"{path} is complete already; start a new run to do it again."
+        raise UsageError(message)
+    return Job(_sequence(recorded), folder, _merged(path, about["settings"], settings), resumes=True)
+
+
+def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Settings:
+    """The recorded settings with what is given now; models and variant cannot change."""
+    before = Settings.model_validate(recorded["defaulted"] | recorded["given"])
+    given = {name: getattr(settings, name) for name in settings.model_fields_set}
+    for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
+        if name in given and given[name] != getattr(before, name):
+            message = (f"{path} was made with {name} {getattr(before, name)}, not {given[name]}; "
+                       f"resume it without that option, or start a new run.")
+            raise UsageError(message)
+    return Settings.model_validate(recorded["given"] | {name: _plain(value) for name, value in given.items()})
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    return value.model_dump() if hasattr(value, "model_dump") else value
+
+
+def _sequence(path: Path) -> Path:
+    folder = path.expanduser().resolve()
+    if not folder.is_dir():
+        message = f"There is no sequence folder {path}; name a folder that holds a keyframes.json."
+        raise UsageError(message)
+    if not (folder / "keyframes.json").is_file():
+        message = f"{path} holds no keyframes.json, so it is no sequence; name a folder that holds one."
+        raise UsageError(message)
+    return folder
+
+
+async def reconstruct(job: Job, progress: Progress) -> Outcome:
+    """Carry a job out. Whatever ends it, the run folder is complete up to the last event.
+
+    UsageError if the job cannot begin; a stop on the way is an outcome.
+    """
+    recorder = Recorder(job.folder, _about(job))
+    try:
+        async with _server(job, recorder) as server:
+            return await _worked(job, server, recorder, progress)
+    except RunStopped as stop:
+        return _ended(recorder, "stopped", str(stop))
+    except asyncio.CancelledError:
+        _ended(recorder, "interrupted", "interrupted; resume to go on")
+        raise
+    finally:
+        recorder.close()
+
+
+async def _worked(job: Job, server: FoldingServer, recorder: Recorder, progress: Progress) -> Outcome:
+    cast = make_cast(job.settings, recorder)
+    info = await _opened(job, server, recorder)
+    agent = make_agent(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
+    try:
+        info = await agent.run()
+    except RunStopped as stop:
+        recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
+        await _save_what_is_there(server, recorder)
+        raise
+    await write_outputs(server, recorder, info)
+    return _ended(recorder, "complete", "", info)
+
+
+async def _opened(job: Job, server: FoldingServer, recorder: Recorder) -> RunInfo:
+    try:
+        info = await server.open_run(job.sequence.name, recorder.about.get("run_id"))
+    except ToolRefused as refusal:
+        raise UsageError(str(refusal)) from refusal
+    recorder.about |= {"run_id": info.run_id, "server_version": server.version}
+    recorder.about["sequence"] |= {"frames": info.frames}
+    recorder.event("resumed" if job.resumes else "opened", run_id=info.run_id, saved=info.saved)
+    recorder.outcome("running", "", len(info.saved), info.frames)
+    return info
+
+
+async def _save_what_is_there(server: FoldingServer, recorder: Recorder) -> None:
+    """Results of an unfinished run, as far as the server still answers."""
+    try:
+        info = await server.where()
+        recorder.outcome("stopped", "", len(info.saved), info.frames)
+        if info.saved:
+            await write_outputs(server, recorder, info)
+    except (RunStopped, ToolRefused) as failure:
+        recorder.event("outputs_missing", reason=str(failure))
+
+
+def _ended(recorder: Recorder, status: str, reason: str, info: RunInfo | None = None) -> Outcome:
+    before = recorder.about.get("outcome", {})
+    saved, frames = (len(info.saved), info.frames) if info else (before.get("frames_saved", 0), before.get("frames", 0))
+    recorder.event("ended", status=status, reason=reason)
+    recorder.outcome(status, reason, saved, frames)
+    return Outcome(status, reason, recorder.about)
+
+
+@asynccontextmanager
+async def _server(job: Job, recorder: Recorder) -> AsyncIterator[FoldingServer]:
+    """The folding server for a job, started and ended with it; its stderr goes to ``server.log``."""
+    address = ServerAddress(job.sequence, job.folder.store, job.settings.server_url)
+    with (job.folder.path / "server.log").open("a", encoding="utf-8") as log:
+        server = FoldingServer(address, recorder, log)
+        try:
+            await server.start()
+            yield server
+        finally:
+            await server.close()
+
+
+def _about(job: Job) -> dict[str, Any]:
+    """What ``run.json`` says of a run beside its outcome."""
+    if job.resumes:
+        return job.folder.description() | {"settings": job.settings.described()}
+    roles = {role: job.settings.role(role) for role in ROLES}
+    return {"format": FORMAT, "created": datetime.now(UTC).isoformat(),
+            "sequence": {"name": job.sequence.name, "folder": str(job.sequence)}, "models": roles,
+            "settings": job.settings.described(), "versions": versions()}
+
+
+def versions() -> dict[str, str]:
+    """The versions of what takes part in a run."""
+    return {name: version(name) for name in ("foldingagent-mcp", "mcp", "litellm")} | {
+        "python": platform.python_version()}

@@ -1,0 +1,68 @@
+"""The append-only log of a run: one JSON object a line, flushed as it is written."""
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import IO, Any
+
+from folding_client.interrupts import UsageError
+from folding_client.record.redaction import redact
+
+Event = dict[str, Any]
+
+
+class EventLog:
+    """Appends events to a file; reopening it continues the numbering and drops a line that was cut off.
+
+    Every event has ``seq`` (from 1), ``time`` (UTC), ``elapsed`` (seconds since the log was opened) and ``kind``.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._seq = _mend(path)
+        self._file: IO[str] = path.open("a", encoding="utf-8")
+        self._opened = time.monotonic()
+
+    def append(self, kind: str, **data: object) -> Event:
+        """Write one event and hand it to the operating system before returning it."""
+        self._seq += 1
+        event: Event = {"seq": self._seq, "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+                        "elapsed": round(time.monotonic() - self._opened, 3), "kind": kind, **data}
+        self._file.write(redact(json.dumps(event, ensure_ascii=False)) + "\n")
+        self._file.flush()
+        return event
+
+    def close(self) -> None:
+        """Write through to the disk and close."""
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+
+def read_events(path: Path) -> Iterator[Event]:
+    """The events of a log in order; a last line that was cut off by a kill is left out. UsageError if unreadable."""
+    try:
+        lines = path.read_bytes().split(b"\n")
+    except OSError as error:
+        message = f"No recorded run at {path.parent}: {error.strerror}. Name a folder that holds an events.jsonl."
+        raise UsageError(message) from error
+    for number, line in enumerate(lines[:-1], start=1):
+        try:
+            yield json.loads(line)
+        except ValueError as error:
+            message = f"Line {number} of {path} is not JSON, so the record is damaged; use another run folder."
+            raise UsageError(message) from error
+
+
+def _mend(path: Path) -> int:
+    """Cut an unfinished last line off a log, and count the lines left; 0 for a new log."""
+    if not path.exists():
+        return 0
+    whole = path.read_bytes()
+    end = whole.rfind(b"\n") + 1
+    if end < len(whole):
+        with path.open("r+b") as file:
+            file.truncate(end)
+    return whole.count(b"\n")

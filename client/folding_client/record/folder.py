@@ -1,0 +1,74 @@
+"""The folder of a run: where its files are, and how they are written so that a kill never leaves half of one."""
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from folding_client.interrupts import UsageError
+from folding_client.messages import Picture
+from folding_client.record.redaction import redact
+
+_SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/svg+xml": "svg"}
+
+
+class RunFolder:
+    """A run's files: ``run.json``, ``events.jsonl``, ``images/``, ``store/`` and, at the end, the results."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.events = path / "events.jsonl"
+        self.store = path / "store"
+
+    def create(self) -> None:
+        """Make the folder. UsageError if a run is in it already or it cannot be made."""
+        if (self.path / "run.json").exists():
+            message = f"{self.path} holds a run already; continue it with --resume {self.path}, or name another folder."
+            raise UsageError(message)
+        try:
+            (self.path / "images").mkdir(parents=True, exist_ok=True)
+            self.store.mkdir(exist_ok=True)
+        except OSError as error:
+            message = f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
+            raise UsageError(message) from error
+
+    def keep_picture(self, picture: Picture) -> str:
+        """Write a picture under a name made from its content, once; the path inside the run folder."""
+        suffix = _SUFFIXES.get(picture.mime, "bin")
+        name = f"images/{hashlib.sha256(picture.data).hexdigest()[:20]}.{suffix}"
+        if not (self.path / name).exists():
+            write_atomically(self.path / name, picture.data)
+        return name
+
+    def write_json(self, name: str, data: object) -> Path:
+        """Write a JSON file, redacted, in one move."""
+        return self.write_text(name, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+
+    def write_text(self, name: str, text: str) -> Path:
+        """Write a text file, redacted, in one move."""
+        write_atomically(self.path / name, redact(text).encode("utf-8"))
+        return self.path / name
+
+    def description(self) -> dict[str, Any]:
+        """What ``run.json`` says. UsageError if there is none or it cannot be read."""
+        file = self.path / "run.json"
+        try:
+            data = json.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            message = f"No recorded run at {self.path}: {error.strerror}. Name a folder that holds a run.json."
+            raise UsageError(message) from error
+        except ValueError as error:
+            message = f"{file} is not JSON, so the record is damaged; start a new run."
+            raise UsageError(message) from error
+        if not isinstance(data, dict) or data.get("format") != 1:
+            message = f"{file} is not a run of format 1; start a new run or use the version that wrote it."
+            raise UsageError(message)
+        return data
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Write a file beside its place and move it there: readers see the old content or the new, never a part."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary.write_bytes(data)
+    temporary.replace(path)

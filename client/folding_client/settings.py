@@ -1,0 +1,46 @@
+"""What a run is asked to do, as one frozen value built at the edge."""
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from folding_client.models.retries import RetryPolicy
+
+Variant = Literal["agent", "vlm-cp", "vlm-s", "vlm-s-c"]
+Role = Literal["agent", "critic", "overview", "selector"]
+ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
+
+
+class Settings(BaseModel):
+    """Everything that shapes a run beside its sequence. Critic, overview critic and selector default to the kind of the
+    agent: geometric for the geometric model, else the agent's own model (paper, section "Implementation Details")."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    model: str = "geometric"
+    critic: str | None = None
+    overview: str | None = None
+    selector: str | None = None
+    variant: Variant = "agent"
+    few_shot: bool = False
+    paper_tools: bool = False
+    frugal: bool = True
+    max_queries: int = Field(default=300, ge=1)
+    thinking_budget: int = Field(default=8192, ge=0)
+    max_tokens: int = Field(default=16384, ge=1)
+    failures_per_step: int = Field(default=10, ge=1)
+    timeout: float = Field(default=600.0, gt=0)
+    api_base: str | None = None
+    server_url: str | None = None
+    retries: RetryPolicy = RetryPolicy()
+
+    def role(self, role: Role) -> str:
+        """The model id for a role."""
+        chosen: str | None = self.model if role == "agent" else getattr(self, role)
+        return chosen or self.model
+
+    def described(self) -> dict[str, dict[str, Any]]:
+        """The settings as ``run.json`` states them: those given, and those that defaulted."""
+        values = self.model_dump(mode="json")
+        given = {name: values[name] for name in values if name in self.model_fields_set}
+        return {"given": given, "defaulted": {name: values[name] for name in values if name not in given}}

@@ -1,0 +1,1 @@
+"""The paper's ablation variants: VLM-CP, VLM-S, VLM-S-C, and examples in context."""
