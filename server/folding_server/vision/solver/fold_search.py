@@ -12,7 +12,8 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through
-from folding_server.vision.solver.alignment import Vector, climb, nudged
+from folding_server.vision.labels import Labels
+from folding_server.vision.solver.alignment import Vector, climb, nudged, polished
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.lines import (
     Evidence,
@@ -92,15 +93,18 @@ class FoldSearch:
         pivot = _middle(*handles)
         seed = found.moving.seed
 
-        def value(x: Vector) -> float:
+        def drawn(x: Vector) -> Labels:
             moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
-            if moving is None:
-                return 0.0
-            return scene.agreement(self.leaves.folded(moving), nudged(found.motion, pivot, x[2:])) - 0.02 * abs(x[5])
+            stack = self.leaves.folded(moving or found.moving)
+            return scene.draw(stack, nudged(found.motion, pivot, x[2:]))
+
+        def value(x: Vector) -> float:
+            return scene.agreement_of(drawn(x)) - 0.02 * abs(x[5])
 
         step = 2.0 / scene.grid.pixels_per_unit
         steps = (step, step, step / 2, step / 2, 1.5, 0.02 if scale else 0.0)
-        x, best = climb(value, (0.0,) * 6, steps, halvings)
+        x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
+        x, best = polished(drawn, scene, x, best, (step / 2, step / 2, step / 2, step / 2, 50 * step, steps[5] and step))
         moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
         return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
 
@@ -144,31 +148,29 @@ class FoldSearch:
 
     def _settled(self, found: FoldFound, line: Line, pinned: Point | None) -> FoldFound:
         """A line near the found one with the drift climbed anew, and its turn about ``pinned`` if there is one."""
-        seed, start = found.moving.seed, found.motion
-        moving = self.leaves.moving_from(line, seed)
-        if moving is None:
+        start = found.motion
+        sets = list(self.leaves.moving_sets(line))
+        if not sets:
             return FoldFound(found.moving, start, 0.0)
+        moving = max(sets, key=lambda m: self.fine.agreement(self.leaves.folded(m), start))
         handles = self._handles(moving)
         far = max(handles, key=lambda h: dist(h, pinned)) if pinned else handles[0]
         pivot = _middle(*handles)
 
-        def turned(offset: float) -> Line:
-            if pinned is None:
-                return line
-            moved = far[0] + offset * line.nx, far[1] + offset * line.ny
-            new = line_through(pinned, moved)
-            return new if new.nx * line.nx + new.ny * line.ny > 0 else Line(-new.nx, -new.ny, -new.offset)
+        def folded(offset: float) -> MovingSet:
+            if pinned is None or not offset:
+                return moving
+            turned = _oriented(line_through(pinned, (far[0] + offset * line.nx, far[1] + offset * line.ny)), line)
+            return self.leaves.moving_from(turned, moving.seed) or moving
 
-        def value(x: Vector) -> float:
-            here = self.leaves.moving_from(turned(x[0]), seed)
-            if here is None:
-                return 0.0
-            return self.fine.agreement(self.leaves.folded(here), nudged(start, pivot, (*x[1:], 0.0)))
+        def drawn(x: Vector) -> Labels:
+            return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, (*x[1:], 0.0)))
 
         step = 1.0 / self.fine.grid.pixels_per_unit
-        x, best = climb(value, (0.0,) * 4, (2 * step if pinned else 0.0, step, step, 0.5), 2)
-        final = self.leaves.moving_from(turned(x[0]), seed)
-        return FoldFound(final or moving, nudged(start, pivot, (*x[1:], 0.0)), best)
+        origin = (0.0,) * 4
+        best = self.fine.agreement_of(drawn(origin))
+        x, best = polished(drawn, self.fine, origin, best, (step if pinned else 0.0, step, step, 100 * step))
+        return FoldFound(folded(x[0]), nudged(start, pivot, (*x[1:], 0.0)), best)
 
     def _vertex_lines(self, found: FoldFound) -> Iterator[tuple[Line, Point]]:
         """Lines near the found one through one existing vertex, to be turned about it."""
@@ -230,4 +232,11 @@ def _shifted(handles: tuple[Point, Point], line: Line, first: float, second: flo
     new = line_through(
         (ax + first * line.nx, ay + first * line.ny), (bx + second * line.nx, by + second * line.ny)
     )
-    return new if new.nx * line.nx + new.ny * line.ny > 0 else Line(-new.nx, -new.ny, -new.offset)
+    return _oriented(new, line)
+
+
+def _oriented(line: Line, like: Line) -> Line:
+    """A line with its normal on the side of another's."""
+    if line.nx * like.nx + line.ny * like.ny > 0:
+        return line
+    return Line(-line.nx, -line.ny, -line.offset)

@@ -13,14 +13,19 @@ from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point
 from folding_server.vision.solver.leaves import NEAR, MovingSet
 
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
-NICE_REACH = 0.004
+NICE_REACH = 0.0015
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
+MOST_WAYS = 3
 AT_VERTEX = 0.004
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
 
-def realise(paper: Paper, moving: MovingSet) -> tuple[tuple[Action, ...], Paper] | None:
-    """Actions that fold the layers of ``moving`` along its line, and the paper they make; None if none do so."""
+def realise(paper: Paper, moving: MovingSet) -> list[tuple[tuple[Action, ...], Paper]]:
+    """Actions that fold the layers of ``moving`` along its line, each with the paper they make.
+
+    One way if it turns just those layers; otherwise every way found that turns others, for the photo to decide.
+    """
+    others: list[tuple[tuple[Action, ...], Paper]] = []
     for face in _starting_faces(paper, moving):
         for actions in _ways(paper, face, moving.line):
             try:
@@ -28,8 +33,9 @@ def realise(paper: Paper, moving: MovingSet) -> tuple[tuple[Action, ...], Paper]
             except ActionRefused:
                 continue
             if _matches(paper, folded, moving):
-                return actions, folded
-    return None
+                return [(actions, folded)]
+            others.append((actions, folded))
+    return others[:MOST_WAYS]
 
 
 def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:

@@ -4,16 +4,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Point
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels
 
 Mask = npt.NDArray[np.bool_]
+
+
+Image = npt.NDArray[np.float32]
+
+
+def soft(labels: Labels, blur: float) -> Image:
+    """A label image as two blurred maps, how much front and how much back there is near each pixel, (2, rows, cols)."""
+    size = 2 * int(2 * blur + 0.5) + 1
+    return np.stack(
+        [cv2.GaussianBlur((labels == side).astype(np.float32), (size, size), blur) for side in (FRONT, BACK)]
+    )
 
 
 @dataclass(frozen=True)
@@ -45,6 +57,7 @@ class Scene:
     two_coloured: bool = True
     known: Mask = field(init=False)
     paper: Mask = field(init=False)
+    _blurred: dict[float, Image] = field(init=False, default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "known", self.labels != UNKNOWN)
@@ -64,6 +77,18 @@ class Scene:
     def agreement(self, stack: Stack, motion: Isometry) -> float:
         """How well a stack under a motion explains the photo, 0 to 1."""
         return self.agreement_of(self.draw(stack, motion))
+
+    @cached_property
+    def weight(self) -> Image:
+        """1 where the photo is known, fading to 0 beside what is not, (rows, cols)."""
+        faded = cv2.GaussianBlur(self.known.astype(np.float32), (9, 9), 2.0)
+        return np.asarray(np.where(self.known, np.maximum(2 * faded - 1, 0), 0), np.float32)
+
+    def soft(self, blur: float) -> Image:
+        """The photo's label image blurred, (2, rows, cols)."""
+        if blur not in self._blurred:
+            self._blurred[blur] = soft(self.labels, blur)
+        return self._blurred[blur]
 
     @cached_property
     def center(self) -> Point:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from folding_schemas.actions import Action
+from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry
@@ -85,16 +86,15 @@ def fold_plans(
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
     search = FoldSearch(paper, views.coarse, views.fine, changed, effort)
     for found in search.run(views.scale):
-        plan = _realised(paper, found, before)
-        if plan is not None:
+        for plan in _realised(paper, found, before):
             yield _settled(plan, views)
 
 
-def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> Plan | None:
-    """A found fold as a plan of real actions."""
-    made = realise(paper, found.moving)
-    if made is None:
-        return None
-    actions, folded = made
+def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> list[Plan]:
+    """A found fold as plans of real actions."""
     words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
-    return Plan((*before, *actions), "fold" if not before else "compound", folded, found.motion, found.agreement, words)
+    kind: ActionClass = "compound" if before else "fold"
+    return [
+        Plan((*before, *actions), kind, folded, found.motion, found.agreement, words)
+        for actions, folded in realise(paper, found.moving)
+    ]
