@@ -40,24 +40,14 @@ class Placement:
 
 
 def place(paper: Paper, camera: Camera, folded_to_table: Matrix) -> Placement:
-    """Lay a paper on the table: each vertex at the mean height of the faces that meet at its place."""
+    """Lay a paper on the table, seen at the mean height of its layers, so that edges on one another stay so."""
     level = layer_levels(paper)
-    heights: dict[tuple[float, float], list[int]] = {}
-    for face, cycle in paper.faces.items():
-        for v in cycle:
-            heights.setdefault(_spot(paper, v), []).append(level[face])
     vertices = sorted(paper.positions)
     flat = np.array([paper.positions[v] for v in vertices]) @ folded_to_table[:, :2].T + folded_to_table[:, 2]
-    z = np.array([THICKNESS * float(np.mean(heights[_spot(paper, v)])) for v in vertices])
-    seen = camera.project(np.column_stack([flat, z]))
+    height = THICKNESS * float(np.mean(list(level.values())))
+    seen = camera.project(np.column_stack([flat, np.full(len(flat), height)]))
     pixels = {v: (float(x), float(y)) for v, (x, y) in zip(vertices, seen, strict=True)}
     return Placement(paper, camera, folded_to_table, level, pixels)
-
-
-def _spot(paper: Paper, vertex: int) -> tuple[float, float]:
-    """The folded place of a vertex to a thousandth: vertices on one another are seen at one height."""
-    x, y = paper.positions[vertex]
-    return round(x, 3), round(y, 3)
 
 
 def layer_levels(paper: Paper) -> dict[int, int]:

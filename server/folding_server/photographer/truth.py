@@ -14,7 +14,7 @@ from folding_server.simulator import Paper
 NOTE = (
     "Rendered, not taken. Pixels: x right, y down, image corner at 0,0. Camera: x_cam = R x_table + t (y down, z forward),"
     " then K; table plane z = 0, unit = sheet side. folded_to_pixel is the homography at z = 0; vertex_pixels are at the"
-    " rendered height (mean over the layers). orientations: 0 = front side up; order: faces bottom to top."
+    " rendered height (the mean over the layers). orientations: 0 = front side up; order: faces bottom to top."
 )
 
 
