@@ -34,6 +34,19 @@ class Look:
         costs = [_cost(lab, s.on(*coordinates(grid)) if plate is None else plate, s.covariance) for s in self.surfaces]
         return np.minimum.reduce(costs)
 
+    def strangeness(self, lab: Image, grid: Grid) -> Image:
+        """Distance in Lab of each pixel from the nearest lit or shaded colour of the class, (rows, cols)."""
+        columns, rows = coordinates(grid)
+        return np.minimum.reduce([_shaded_distance(lab, s.on(columns, rows)) for s in self.surfaces])
+
+
+def _shaded_distance(lab: Image, expected: Image) -> Image:
+    black = np.array([16, 0, 0], np.float32)
+    ray, seen = expected + black, lab + black
+    share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)
+    residual = seen - ray * np.clip(share, DEEPEST_SHADOW, 1.05)[..., None]
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", residual, residual)), np.float32)
+
 
 def _cost(lab: Image, expected: Image, covariance: Floats) -> Image:
     """Half the squared Mahalanobis distance, or the cost of a shadow of the expected colour if that is less."""

@@ -50,4 +50,6 @@ def skin(rgb: Picture) -> npt.NDArray[np.bool_]:
     """Pixels whose chroma human skin can have, light or dark, under indoor or day light."""
     ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
     luma, cr, cb = ycc[..., 0], ycc[..., 1], ycc[..., 2]
-    return (luma > 40) & (cr > 137) & (cr < 178) & (cb > 77) & (cb < 127) & (cr.astype(np.int16) - cb > 12)
+    highest, lowest = rgb.max(axis=-1).astype(np.int16), rgb.min(axis=-1).astype(np.int16)
+    tinted = highest - lowest > 0.22 * highest
+    return np.asarray((luma > 40) & (cr > 137) & (cr < 178) & (cb > 77) & (cb < 127) & tinted)

@@ -20,8 +20,14 @@ UNEXPLAINED = 16.0
 """Cost, in nats, beyond which a pixel is neither table nor paper."""
 SKIN_UNEXPLAINED = 6.0
 """The same where the colour is one that skin can have."""
+STRANGE = 16.0
+"""Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
+SKIN_STRANGE = 11.0
+"""The same where the colour is one that skin can have."""
 THINNEST_UNKNOWN = 0.03
 """Width, in sheet units, below which what fits no class is a blurred edge or a crease, not an object."""
+SMALLEST_UNKNOWN = 0.004
+"""Area, in sheet units squared, of the smallest object that may be in the way."""
 SMALLEST_REGION = 0.0012
 """Area, in sheet units squared, of the smallest region that is believed."""
 SMOOTHING = 3.5
@@ -55,7 +61,7 @@ def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette, plate: Imag
     lab = to_lab(cv2.GaussianBlur(rgb, (3, 3), 0))
     tuned = adapt(lab, seen, grid, palette)
     costs = class_costs(lab, grid, tuned, plate)
-    unknown = unexplained(costs, rgb, grid) | ~seen
+    unknown = unexplained(lab, costs, rgb, grid, tuned) | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
     labels = _without_specks(labels, unknown, grid)
@@ -121,15 +127,20 @@ def _moved(surface: Surface, shift: npt.NDArray[np.float64]) -> Surface:
     return Surface(surface.order, coefficients, surface.covariance, surface.span)
 
 
-def unexplained(costs: Image, rgb: Picture, grid: Grid) -> Bools:
+def unexplained(lab: Image, costs: Image, rgb: Picture, grid: Grid, palette: Palette) -> Bools:
     """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
     least = cv2.blur(costs.min(axis=-1).clip(0, 60), (3, 3))
-    odd = (least > UNEXPLAINED) | ((least > SKIN_UNEXPLAINED) & skin(rgb))
+    strange = np.minimum.reduce([look.strangeness(lab, grid) for look in palette.looks])
+    odd = (least > UNEXPLAINED) & (strange > STRANGE)
+    odd |= (least > SKIN_UNEXPLAINED) & (strange > SKIN_STRANGE) & skin(rgb)
     width = max(3, round(THINNEST_UNKNOWN * grid.pixels_per_unit)) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     closed = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, kernel)
-    return np.asarray(cv2.dilate(closed, np.ones((3, 3), np.uint8)) > 0)
+    _, numbered, stats, _ = cv2.connectedComponentsWithStats(closed)
+    large = stats[:, cv2.CC_STAT_AREA] >= SMALLEST_UNKNOWN * grid.pixels_per_unit**2
+    large[0] = False
+    return np.asarray(cv2.dilate(large[numbered].astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
 
 
 def _smooth(costs: Image) -> Image:
@@ -194,6 +205,8 @@ def _sharpen(labels: Labels, unknown: Bools, rgb: Picture) -> Image:
     rows, cols = np.nonzero(band)
     pixel, near = light[rows, cols], spread[rows, cols] > 0
     distances = np.stack([np.linalg.norm(pixel - mean[rows, cols], axis=-1) for mean in means], axis=-1)
+    inner = ~near[:, 0]
+    distances[inner] = _shaded_distances(pixel[inner], [mean[rows, cols][inner] for mean in means])
     distances = np.where(near, distances, np.inf)
     order = np.argsort(distances, axis=-1)[:, :2]
     best, second = (np.take_along_axis(distances, order[:, k : k + 1], -1)[:, 0] for k in (0, 1))
@@ -203,6 +216,15 @@ def _sharpen(labels: Labels, unknown: Bools, rgb: Picture) -> Image:
     split[np.arange(len(rows)), order[:, 1]] = lead
     shares[rows, cols] = split
     return shares
+
+
+def _shaded_distances(pixel: Image, means: list[Image]) -> Image:
+    """Distance of each pixel (N, 3) to each class's light, or to what a flap's shadow leaves of it, (N, classes)."""
+    distances = []
+    for mean in means:
+        share = np.einsum("ij,ij->i", pixel, mean) / np.maximum(np.einsum("ij,ij->i", mean, mean), 1e-9)
+        distances.append(np.linalg.norm(pixel - mean * np.clip(share, 0.3, 1.0)[:, None], axis=-1))
+    return np.stack(distances, axis=-1)
 
 
 def _local_mean(light: Image, own: Bools) -> Image:
