@@ -9,9 +9,9 @@ from folding_server.errors import RunError
 from folding_server.store.runs import RunStore
 from folding_server.store.views import RunView, fold_events
 from hypothesis import settings
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-FRAMES = 4
+FRAMES = 3
 BUDGET = 2
 
 Steps = list[list[int]]
@@ -28,12 +28,12 @@ class Tried:
 
 @dataclass
 class Model:
-    """The rules once more, with lists of numbers for actions: ``chain`` holds the actions of each saved frame."""
+    """The rules once more, with numbers for actions: ``chain`` holds the actions of each saved frame."""
 
     chain: Steps = field(default_factory=list)
     base: int = 0
     pending: list[int] = field(default_factory=list)
-    tried: dict[int, list[Tried]] = field(default_factory=lambda: {frame: [] for frame in range(1, FRAMES + 1)})
+    tried: dict[int, list[Tried]] = field(default_factory=lambda: {n: [] for n in range(1, FRAMES + 1)})
     restores: dict[int, int] = field(default_factory=dict)
     locked: int = 0
 
@@ -77,6 +77,17 @@ class StoreMachine(RuleBasedStateMachine):
     def teardown(self) -> None:
         self.store.close()
 
+    @initialize(first=st.integers(0, 1), second=st.integers(0, 1), tries=st.integers(0, BUDGET))
+    def explore(self, first: int, second: int, tries: int) -> None:
+        """Begin with one solution of frame 2, some attempts from it at frame 3, and another attempt at frame 2."""
+        self.save(1)
+        self.solve(first)
+        for angle in range(tries):
+            self.act(angle)
+            self.go_back_to(2)
+        self.go_back_to(1)
+        self.act(second)
+
     @rule(angle=st.integers(0, 1))
     def act(self, angle: int) -> None:
         if not self.model.base or not self.model.may_try():
@@ -110,8 +121,18 @@ class StoreMachine(RuleBasedStateMachine):
             model.begin().ended = True
         model.stand_on([*model.chain[: model.base], model.pending])
 
-    @rule(frame=st.integers(0, FRAMES + 1))
-    def restore(self, frame: int) -> None:
+    @rule(angle=st.integers(0, 1))
+    def solve(self, angle: int) -> None:
+        """Go one frame further, so that the random walk gets far."""
+        self.act(angle)
+        self.save(1)
+
+    @rule(choice=st.integers(0, 99))
+    def restore(self, choice: int) -> None:
+        """Any saved frame, or one too low or too high."""
+        self.go_back_to(choice % (len(self.model.chain) + 2))
+
+    def go_back_to(self, frame: int) -> None:
         model = self.model
         if not 1 <= frame <= len(model.chain) or frame < model.locked:
             with pytest.raises(RunError):
@@ -123,9 +144,13 @@ class StoreMachine(RuleBasedStateMachine):
         model.restores[frame] = model.restores.get(frame, 0) + 1
 
     @precondition(lambda self: any(self.model.tried.values()))
-    @rule(frame=st.integers(1, FRAMES), number=st.integers(0, 3))
-    def commit(self, frame: int, number: int) -> None:
+    @rule(choice=st.integers(0, 99), offset=st.sampled_from([0, 0, 0, 0, -1, 1]))
+    def commit(self, choice: int, offset: int) -> None:
+        """Any attempt there is, or one beside it."""
         model = self.model
+        known = [(frame, number + 1) for frame, tried in model.tried.items() for number in range(len(tried))]
+        frame, number = known[choice % len(known)]
+        number += offset
         tried = model.tried[frame]
         allowed = frame > model.locked and 1 <= number <= len(tried) and model.choosable(tried[number - 1])
         if not allowed:
@@ -140,7 +165,7 @@ class StoreMachine(RuleBasedStateMachine):
 
     @rule()
     def forget(self) -> None:
-        self.store._views.clear()
+        self.store.forget()
 
     @invariant()
     def agrees_with_the_model(self) -> None:
@@ -183,5 +208,5 @@ def can_go_on(view: RunView, model: Model) -> bool:
     return any(view.committable(attempt) for attempt in view.attempts[view.next_frame])
 
 
-StoreMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+StoreMachine.TestCase.settings = settings(max_examples=80, stateful_step_count=20, deadline=None)
 TestStoreMachine = StoreMachine.TestCase

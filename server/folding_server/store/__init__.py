@@ -1,5 +1,4 @@
-"""The event store: runs as append-only events in one database, and views that are pure functions of those
-events.
+"""The event store: runs as append-only events in one database, and pure views of them.
 
 ``events`` says what can happen to a run, ``views`` what a run's events amount to, ``rules`` what a run's
 history allows next, ``database`` where events are kept, ``run_ids`` how runs are named, and ``runs`` joins

@@ -1,5 +1,4 @@
-"""Where events are kept: one table, to which rows are only ever added, in any database that SQLAlchemy
-speaks.
+"""Where events are kept: one table of any SQL database, to which rows are only ever added.
 
 A run's events are numbered, and (run_id, seq) is the primary key: of two writers who both saw event n, one
 adds event n+1 and the other gets ``SeqTaken``, whatever the database. SQLite writes ahead (WAL) and syncs at
@@ -60,8 +59,8 @@ EVENTS = Table(
 )
 
 
-class SeqTaken(Exception):  # noqa: N818 - an outcome of a race that the store answers by trying again
-    """Another writer has added an event with this number to the run."""
+class SeqTaken(Exception):
+    """Another writer has added an event with this number to the run; look again and try again."""
 
 
 def database_url(folder: Path) -> str:
@@ -105,7 +104,8 @@ class Transaction:
 
     def openings(self) -> list[tuple[str, Event, int]]:
         """Every run's id, first event and number of events, oldest run first."""
-        counts = select(EVENTS.c.run_id, func.max(EVENTS.c.seq).label("last")).group_by(EVENTS.c.run_id).subquery()
+        last = func.max(EVENTS.c.seq).label("last")
+        counts = select(EVENTS.c.run_id, last).group_by(EVENTS.c.run_id).subquery()
         query = (
             select(EVENTS, counts.c.last)
             .join(counts, counts.c.run_id == EVENTS.c.run_id)
@@ -139,7 +139,7 @@ class EventLog:
 
     @contextmanager
     def writing(self) -> Iterator[Transaction]:
-        """A transaction that may append; committed at the end, rolled back on any exception. Raises SeqTaken."""
+        """A transaction that may append; rolled back on any exception. Raises SeqTaken."""
         with self._answered(), self._engine.connect() as connection:
             connection.execution_options(writing=True)
             with connection.begin():
@@ -199,14 +199,16 @@ def _engine(url: str) -> Engine:
     try:
         parsed = make_url(url)
     except ArgumentError as error:
+        shown = re.sub(":.*@", ":***@", url)
         raise RunError(
-            f"{re.sub(':.*@', ':***@', url)!r} is not a database URL; give one such as sqlite:///runs.sqlite3, or leave it out"
+            f"{shown!r} is not a database URL; give one such as sqlite:///runs.sqlite3, or leave it out"
         ) from error
     try:
         return _sqlite_engine(parsed) if parsed.get_backend_name() == "sqlite" else create_engine(parsed)
     except (ArgumentError, ImportError) as error:
+        shown = parsed.render_as_string()
         raise RunError(
-            f"the database {parsed.render_as_string()} cannot be reached ({error}); install its driver or use sqlite:///FILE"
+            f"the database {shown} cannot be reached ({error}); install its driver or use sqlite:///FILE"
         ) from error
 
 
@@ -245,6 +247,6 @@ def _write_ahead(connection: sqlite3.Connection) -> None:
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    """Take SQLite's write lock at once when writing, so that what was read cannot be outdated when it is written."""
+    """Take SQLite's write lock at once when writing: what is read stays true until it is acted on."""
     writing = connection.get_execution_options().get("writing", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writing else "BEGIN")

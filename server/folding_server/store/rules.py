@@ -1,5 +1,4 @@
-"""What a run's history allows next. Each check is silent or raises RunError with one sentence that says what
-to do.
+"""What a run's history allows next. A check is silent or raises RunError, one sentence that says what to do.
 
 The rules hold inside the transaction that appends the event, so no two callers can break them together; tools
 may call the same checks earlier, to refuse before they compute.
@@ -45,7 +44,7 @@ def check(view: RunView, event: Event) -> None:
         case Committed(frame=frame, attempt=number):
             check_may_commit(view, frame, number)
         case Opened():
-            raise RunError(f"run {view.run_id} is open already; call open_run without run_id to start another")
+            raise RunError(f"run {view.run_id} is open; call open_run without run_id to start another")
 
 
 def check_may_act(view: RunView) -> None:
@@ -78,7 +77,7 @@ def check_may_restore(view: RunView, frame: int) -> None:
         raise RunError(f"frame {frame} has no checkpoint to restore; {_saved_frames(view)}")
     if frame < view.locked_to:
         raise RunError(
-            f"frame {frame} cannot be restored: frames up to {view.locked_to} are committed for good; "
+            f"frame {frame} cannot be restored: {_locked(view)}; "
             f"restore_checkpoint({view.locked_to}) or a later one is allowed"
         )
 
@@ -88,12 +87,7 @@ def check_may_commit(view: RunView, frame: int, number: int) -> None:
     if view.free:
         raise RunError("a free fold has no attempts to commit; use save_checkpoint and restore_checkpoint")
     if frame <= view.locked_to:
-        raise RunError(
-            f"no attempt at frame {frame} can be committed: frames up to {view.locked_to} are committed for good; "
-            f"go on with frame {view.locked_to + 1}"
-            if view.locked_to < view.frames
-            else f"no attempt at frame {frame} can be committed: all {view.frames} frames are committed for good"
-        )
+        raise RunError(f"no attempt at frame {frame} can be committed: {_locked(view)}; go on from there")
     if not view.committable(find_attempt(view, frame, number)):
         raise RunError(
             f"attempt {number} at frame {frame} grew from frames that a later commitment replaced; "
@@ -116,7 +110,7 @@ def check_same_sequence(view: RunView, fingerprint: str | None) -> None:
     """Raise RunError if the run's sequence is not, or no longer, the one it was opened with."""
     if view.fingerprint != fingerprint:
         raise RunError(
-            f"run {view.run_id} cannot be resumed: its sequence {view.sequence!r} has changed since it was opened; "
+            f"run {view.run_id} cannot be resumed: its sequence {view.sequence!r} has changed since; "
             f"put the old files back or call open_run without run_id to start again"
         )
 
@@ -126,9 +120,9 @@ def check_notes(notes: str | None) -> None:
     if notes is None:
         return
     if len(notes) > MAX_NOTES:
-        raise RunError(f"the notes have {len(notes)} characters; at most {MAX_NOTES} are kept, so shorten them")
+        raise RunError(f"the notes have {len(notes)} characters; shorten them to {MAX_NOTES}")
     if any("\ud800" <= letter <= "\udfff" for letter in notes):
-        raise RunError("the notes hold half of a surrogate pair, which is no character; send plain Unicode text")
+        raise RunError("the notes hold half of a surrogate pair; send plain Unicode text")
 
 
 def _check_budget(view: RunView) -> None:
@@ -150,26 +144,31 @@ def _check_numbers(action: Action) -> None:
 
 
 def _why_not_saved(view: RunView, frame: int) -> str:
+    coming = f"the next to save is {view.next_frame}" if view.next_frame else "all frames are saved"
     if not view.free and not 1 <= frame <= view.frames:
         return f"there is no frame {frame} in this sequence; its frames are 1 to {view.frames}"
     if frame < 1:
-        return f"there is no frame {frame}; frames count from 1 and the next to save is {view.base + 1}"
+        return f"there is no frame {frame}; frames count from 1 and {coming}"
     if not view.base:
         return f"frame {frame} cannot be saved before frame 1; call save_checkpoint(1) first"
+    return f"{_why_not_saved_here(view, frame)}; {coming}"
+
+
+def _why_not_saved_here(view: RunView, frame: int) -> str:
     if frame <= view.locked_to:
-        return f"frame {frame} cannot be saved: frames up to {view.locked_to} are committed for good; {_next(view)}"
+        return f"frame {frame} cannot be saved: {_locked(view)}"
     if frame == 1:
-        return f"frame 1 is the flat sheet and is saved already; {_next(view)}"
+        return "frame 1 is the flat sheet and is saved already"
     if frame <= view.base:
         return (
-            f"frame {frame} cannot be saved over checkpoint {view.base}, which the current state grew from; {_next(view)},"
-            f" or restore_checkpoint({frame - 1}) to replace frame {frame}"
+            f"frame {frame} cannot be saved over checkpoint {view.base}, which the current state grew from; "
+            f"restore_checkpoint({frame - 1}) to replace frame {frame}"
         )
-    return f"frame {frame} cannot be saved yet: the current state grew from checkpoint {view.base}; {_next(view)}"
+    return f"frame {frame} cannot be saved yet: the current state grew from checkpoint {view.base}"
 
 
-def _next(view: RunView) -> str:
-    return f"the next to save is {view.next_frame}" if view.next_frame else "there is no further frame to save"
+def _locked(view: RunView) -> str:
+    return f"frames up to {view.locked_to} are committed for good"
 
 
 def _saved_frames(view: RunView) -> str:

@@ -1,4 +1,4 @@
-"""``RunStore``: create, load and change runs. Every change is one event, checked and appended in one transaction."""
+"""``RunStore``: create, load and change runs. A change is one event, checked and added in one transaction."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -61,6 +61,11 @@ class RunStore:
     def in_folder(cls, folder: Path) -> Self:
         """The store of a data folder: SQLite in one file; makes the folder if it is missing."""
         return cls(database_url(folder))
+
+    def forget(self) -> None:
+        """Drop the kept views; the next call on a run reads all its events again, with the same answer."""
+        with self._views_lock:
+            self._views.clear()
 
     def close(self) -> None:
         """Give back all connections. The store may not be used afterwards."""
@@ -137,7 +142,7 @@ class RunStore:
         return events
 
     def act(self, run_id: str, action: Action, *, after: int | None = None) -> RunView:
-        """Add an action, which the caller has found possible on the state of ``after``, to the current state."""
+        """Add an action, which the caller has found possible on the state of ``after``."""
         return self._append(run_id, lambda seq, time: Acted(seq=seq, time=time, action=action), after)
 
     def undo(self, run_id: str, *, after: int | None = None) -> RunView:
@@ -147,7 +152,9 @@ class RunStore:
     def save(self, run_id: str, frame: int, notes: str | None = None, *, after: int | None = None) -> RunView:
         """Save the current state as the checkpoint of the frame after the base, and stand on it."""
         rules.check_notes(notes)
-        return self._append(run_id, lambda seq, time: Saved(seq=seq, time=time, frame=frame, notes=notes), after)
+        return self._append(
+            run_id, lambda seq, time: Saved(seq=seq, time=time, frame=frame, notes=notes), after
+        )
 
     def restore(self, run_id: str, frame: int, *, after: int | None = None) -> RunView:
         """Go back (or forth) to a frame's checkpoint; pending actions are given up, checkpoints stay."""
@@ -174,21 +181,21 @@ class RunStore:
         _check_run_id(run_id)
         for _ in range(_TRIES):
             try:
-                with self._log.writing() as transaction:
-                    view = self._extended(transaction, self._read(transaction, run_id), make, after)
+                return self._keep(self._append_once(run_id, make, after))
             except SeqTaken:
                 continue
-            return self._keep(view)
         raise RunError(f"run {run_id} is being changed by too many callers at once; try again in a moment")
 
-    def _extended(self, transaction: Transaction, view: RunView, make: MakeEvent, after: int | None) -> RunView:
-        if after is not None and view.seq != after:
-            raise RunError(
-                f"run {view.run_id} was changed by another call meanwhile; call get_current_state, then decide again"
-            )
-        event = make(view.seq + 1, datetime.now(UTC))
-        rules.check(view, event)
-        transaction.append(view.run_id, event)
+    def _append_once(self, run_id: str, make: MakeEvent, after: int | None) -> RunView:
+        with self._log.writing() as transaction:
+            view = self._read(transaction, run_id)
+            if after is not None and view.seq != after:
+                raise RunError(
+                    f"run {run_id} was changed by another call meanwhile; call get_current_state first"
+                )
+            event = make(view.seq + 1, datetime.now(UTC))
+            rules.check(view, event)
+            transaction.append(run_id, event)
         return step(view, event)
 
     def _read(self, transaction: Transaction, run_id: str) -> RunView:
@@ -229,15 +236,19 @@ def _check_run_id(run_id: str) -> None:
 
 def _unknown(run_id: str) -> RunError:
     shown = run_id if len(run_id) <= _SHOWN_ID_LENGTH else f"{run_id[:_SHOWN_ID_LENGTH]}..."
-    return RunError(f"there is no run {shown!r} in this data folder; call open_run without run_id to start one")
+    return RunError(
+        f"there is no run {shown!r} in this data folder; call open_run without run_id to start one"
+    )
 
 
 def _check_opening(sequence: str | None, frames: int, sheet: tuple[float, float], budget: int) -> None:
     if sequence is None and frames:
-        raise RunError(f"a free fold has no frames, but {frames} were given; name their sequence or leave them out")
+        raise RunError(f"a free fold has no frames, but {frames} were given; name a sequence or give none")
     if sequence is not None and frames < 1:
         raise RunError(f"sequence {sequence!r} has {frames} frames; a run needs at least 1")
     if not all(isfinite(side) and side > 0 for side in sheet):
-        raise RunError(f"a sheet of {sheet[0]} by {sheet[1]} cannot be folded; both sides must be finite and above 0")
+        raise RunError(
+            f"a sheet of {sheet[0]} by {sheet[1]} cannot be; both sides must be finite and above 0"
+        )
     if budget < 1:
         raise RunError(f"a budget of {budget} attempts allows none; give at least 1")

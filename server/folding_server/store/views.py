@@ -46,7 +46,7 @@ class Checkpoint:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """One explored transition to ``frame``: the checkpoints it grew from, frames 1..frame-1, and its actions."""
+    """One explored transition to ``frame``: its ancestors, checkpoints 1..frame-1, and its actions."""
 
     frame: int
     number: int
@@ -136,7 +136,7 @@ class RunView:
 
     @property
     def next_attempt(self) -> int | None:
-        """The number of the attempt that the next action belongs to; None in a free fold and at the last frame."""
+        """The number of the next action's attempt; None where there are none: free folds, the last frame."""
         if self.free or self.base in (0, self.frames):
             return None
         made = self.attempts.get(self.base + 1, ())
@@ -158,11 +158,11 @@ class RunView:
         return tuple(self.checkpoints[each] for each in range(1, frame + 1))
 
     def program(self) -> Program:
-        """The saved checkpoints as a program: step k leads from frame k to frame k + 1. Pending actions are left out."""
+        """The saved checkpoints as a program: step k leads from frame k to k + 1; no pending actions."""
         return self._program(self.chain(len(self.checkpoints)))
 
     def current_program(self) -> Program:
-        """The program of the current state: the steps to the base checkpoint, then the pending actions if any."""
+        """The current state as a program: the steps to the base, then the pending actions if any."""
         return self._program(self.chain(self.base), self.pending)
 
     def _program(self, chain: tuple[Checkpoint, ...], last: Actions = ()) -> Program:
