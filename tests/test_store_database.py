@@ -233,8 +233,10 @@ def tamper(folder: Path, statement: str) -> None:
         ("UPDATE folding_events SET payload = '[]' WHERE seq = 2", "damaged at event 2"),
         ("UPDATE folding_events SET kind = 'danced' WHERE seq = 2", "damaged at event 2"),
         (
-            "UPDATE folding_events SET kind = 'opened', "
-            "payload = (SELECT payload FROM folding_events WHERE seq = 1) WHERE seq = 2",
+            (
+                "UPDATE folding_events SET kind = 'opened', "
+                "payload = (SELECT payload FROM folding_events WHERE seq = 1) WHERE seq = 2"
+            ),
             r"damaged: event 2 \(opened\)",
         ),
         ("DELETE FROM folding_events WHERE seq = 1", "damaged: event 2 comes first"),

@@ -79,7 +79,7 @@ class StoreMachine(RuleBasedStateMachine):
 
     @initialize(first=st.integers(0, 1), second=st.integers(0, 1), tries=st.integers(0, BUDGET))
     def explore(self, first: int, second: int, tries: int) -> None:
-        """Begin with one solution of frame 2, some attempts from it at frame 3, and another attempt at frame 2."""
+        """One solution of frame 2, some attempts from it at frame 3, and another attempt at frame 2."""
         self.save(1)
         self.solve(first)
         for angle in range(tries):
