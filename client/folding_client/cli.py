@@ -5,6 +5,7 @@ import json
 import signal
 import sys
 from collections.abc import Coroutine
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -16,12 +17,14 @@ from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
+from folding_client.replay import replay
 from folding_client.settings import Settings
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
                   help="Reconstruct folding programs from photos of origami.")
 Answer = TypeVar("Answer")
 EXIT_STOPPED = 3
+_SHOWN = 20
 EXIT_INTERRUPTED = 130
 
 
@@ -67,6 +70,24 @@ def run(
     _show(outcome, job.folder.path, as_json=as_json)
     if outcome.status != "complete":
         raise typer.Exit(EXIT_STOPPED)
+
+
+@app.command("replay")
+def replay_command(
+    recorded: Annotated[Path, typer.Argument(help="Folder of a recorded run.")],
+    sequence: Annotated[Path | None, typer.Option(help="Where the sequence is now, if it has moved.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+) -> None:
+    """Drive the server through a recorded run without a model, and say where its answers differ."""
+    found = _finish(replay(recorded, sequence))
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=1))
+    else:
+        for difference in found.differences[:_SHOWN]:
+            typer.echo(f"event {difference.seq}, {difference.tool}: {difference.what}")
+        typer.echo(f"{found.calls} calls replayed, {len(found.differences)} answered differently.")
+    if found.differences:
+        raise typer.Exit(1)
 
 
 def _settings(given: dict[str, Any]) -> Settings:

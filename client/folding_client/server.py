@@ -110,7 +110,7 @@ class FoldingServer:
 
     async def _send(self, name: str, arguments: JsonObject) -> ToolResult:
         try:
-            return _result(await self._connection.call(name, arguments), name, arguments)
+            return tool_result(await self._connection.call(name, arguments), name, arguments)
         except MCPError as error:
             return ToolResult(error.message, is_error=True)
         except RuntimeError as error:
@@ -147,7 +147,8 @@ class FoldingServer:
         return settled
 
 
-def _result(answer: CallToolResult, name: str, arguments: JsonObject) -> ToolResult:
+def tool_result(answer: CallToolResult, name: str, arguments: JsonObject) -> ToolResult:
+    """A tool's answer as the client knows it, its pictures named by what they show."""
     texts = [block.text for block in answer.content if isinstance(block, TextContent)]
     images = [block for block in answer.content if isinstance(block, ImageContent)]
     pictures = tuple(Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))

@@ -35,8 +35,7 @@ class RunFolder:
 
     def keep_picture(self, picture: Picture) -> str:
         """Write a picture under a name made from its content, once; the path inside the run folder."""
-        suffix = _SUFFIXES.get(picture.mime, "bin")
-        name = f"images/{hashlib.sha256(picture.data).hexdigest()[:20]}.{suffix}"
+        name = picture_name(picture)
         if not (self.path / name).exists():
             write_atomically(self.path / name, picture.data)
         return name
@@ -65,6 +64,11 @@ class RunFolder:
             message = f"{file} is not a run of format 1; start a new run or use the version that wrote it."
             raise UsageError(message)
         return data
+
+
+def picture_name(picture: Picture) -> str:
+    """Where a picture is kept inside a run folder; pictures with the same content have the same name."""
+    return f"images/{hashlib.sha256(picture.data).hexdigest()[:20]}.{_SUFFIXES.get(picture.mime, 'bin')}"
 
 
 def write_atomically(path: Path, data: bytes) -> None:
