@@ -12,6 +12,7 @@ from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
 from folding_server.simulator import Paper
+from folding_server.tools.eyesight import Eyesight
 from folding_server.tools.papers import Papers
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Desk:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.papers = Papers()
+        self.eyesight = Eyesight()
         self._store: RunStore | None = None
         self._library: Library | None = None
         self._newest: str | None = None

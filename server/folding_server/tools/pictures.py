@@ -1,12 +1,13 @@
 """The pictures that several tools show: diagrams of papers, and panels made of photos and diagrams."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence as ListOf
 from typing import TYPE_CHECKING
 
 from folding_server.simulator import Paper
 
 if TYPE_CHECKING:
     from folding_server.frames.pictures import Picture, Rgb
+    from folding_server.frames.sequences import Sequence
     from folding_server.store.views import RunView
 
 DIAGRAM_SIZE = 768
@@ -14,6 +15,9 @@ DIAGRAM_SIZE = 768
 
 SMALL_SIZE = 480
 """Side in pixels of a diagram among others."""
+
+PHOTO_BESIDE_OTHERS = 180_000
+"""The most bytes of a photo that travels with other pictures."""
 
 
 def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> str:
@@ -33,7 +37,15 @@ def diagram(run: "RunView", paper: Paper, *, labels: bool = False, size: int = D
     return Picture(png, "image/png", size, size)
 
 
-def overview(photos: Sequence["Rgb"], diagrams: Sequence["Picture | None"], captions: Sequence[str]) -> "Picture":
+def photo_beside_others(photos: "Sequence", frame: int) -> "Picture":
+    """A keyframe's photo, small enough to travel with three more pictures. PhotoError if there is no such frame."""
+    from folding_server.frames.pictures import MODEL_SIDE, encode_for_model  # noqa: PLC0415
+
+    pixels = photos.source.read(photos.index(frame), MODEL_SIDE)
+    return encode_for_model(pixels, MODEL_SIDE, PHOTO_BESIDE_OTHERS)
+
+
+def overview(photos: ListOf["Rgb"], diagrams: ListOf["Picture | None"], captions: ListOf[str]) -> "Picture":
     """Photos above, diagrams below (blank where there is none), as one JPEG that a model can read."""
     from folding_server.frames.panels import columns  # noqa: PLC0415
     from folding_server.frames.pictures import encode_for_model  # noqa: PLC0415

@@ -1,14 +1,19 @@
-"""Vision: what may have happened between two frames."""
+"""Vision: what may have happened between two frames, read off the photos."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-from folding_schemas.results import Proposals
+from folding_schemas.results import Proposal, Proposals
 from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.tools.answers import answer
 from folding_server.tools.arguments import LaterFrame, RunId
 from folding_server.tools.desk import Call, desk_of
+from folding_server.tools.progress import Progress
+from folding_server.tools.standing import check_between, described
+
+if TYPE_CHECKING:
+    from folding_server.vision.solver import Plan
 
 Count = Annotated[int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10")]
 
@@ -17,4 +22,42 @@ def propose_actions(
     call: Call, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:
     """Propose what happened before a frame."""
-    raise NotImplementedError
+    from folding_server.vision.solver import clearly_best, propose  # noqa: PLC0415  (loads OpenCV)
+
+    desk = desk_of(call)
+    run = desk.run(run_id)
+    photos = desk.sequence(run)
+    photos.index(frame)
+    check_between(run, frame)
+    progress = Progress(call, total=2)
+    progress.step("finding the sheet in the photos")
+    with desk.eyesight.on(photos) as eyes:
+        progress.step(f"explaining frame {frame}")
+        plans = propose(desk.paper(run), eyes, frame, max(count, 2))
+    shown = [_proposal(rank, plan) for rank, plan in enumerate(plans[:count], start=1)]
+    found = Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
+    return answer(_in_words(found), found)
+
+
+def _proposal(rank: int, plan: "Plan") -> Proposal:
+    """A plan as hosts see it."""
+    return Proposal(
+        rank=rank,
+        action_class=plan.action_class,
+        actions=list(plan.actions),
+        agreement=round(plan.agreement, 4),
+        score=round(plan.score, 4),
+        explanation=plan.explanation,
+    )
+
+
+def _in_words(found: Proposals) -> str:
+    """The proposals, best first, as calls to make."""
+    lines = [
+        f"{each.rank}. {', then '.join(described(action) for action in each.actions) or 'nothing'} "
+        f"explains {each.agreement:.1%} of the photo."
+        for each in found.proposals
+    ]
+    if not lines:
+        return f"No explanation of frame {found.frame} was found from the current state."
+    return "\n".join([*lines, "The first stands clear of the rest." if found.confident else "No clear favourite."])

@@ -36,6 +36,14 @@ def checkpoint_at(run: RunView, frame: int) -> Checkpoint:
     return run.checkpoints[frame]
 
 
+def check_between(run: RunView, frame: int) -> None:
+    """Raise RunError unless the current state grew from the checkpoint of the frame before."""
+    if run.base != frame - 1:
+        where = f"grew from checkpoint {run.base}" if run.base else "comes before frame 1 is saved"
+        way = f"restore_checkpoint({frame - 1})" if frame - 1 in run.checkpoints else f"frame {frame - 1} saved"
+        raise RunError(f"The current state {where}, so it does not lead to frame {frame}; that needs {way} first.")
+
+
 def next_step(run: RunView) -> str:
     """What there is to do next, in one sentence."""
     if run.free:

@@ -11,7 +11,8 @@ from folding_server.store.views import RunView
 from folding_server.tools.answers import answer
 from folding_server.tools.arguments import Frame, LaterFrame, RunId
 from folding_server.tools.desk import Call, desk_of
-from folding_server.tools.pictures import diagram
+from folding_server.tools.pictures import diagram, photo_beside_others
+from folding_server.tools.progress import Progress
 from folding_server.tools.standing import checkpoint_at
 
 
@@ -20,7 +21,7 @@ def critic_grid(call: Call, frame: LaterFrame, run_id: RunId = None) -> Annotate
     desk = desk_of(call)
     run = desk.run(run_id)
     photos = desk.sequence(run)
-    shown = photos.photo_for_model(frame - 1), photos.photo_for_model(frame)
+    shown = photo_beside_others(photos, frame - 1), photo_beside_others(photos, frame)
     source_path = checkpoint_at(run, frame - 1).path
     _check_grown_from(run, frame)
     source, candidate = desk.papers.after(run.sheet, source_path), desk.paper(run)
@@ -48,9 +49,45 @@ def _check_grown_from(run: RunView, frame: int) -> None:
 
 def compare_to_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotated[CallToolResult, Comparison]:
     """Measure how well the current state explains a photo."""
-    raise NotImplementedError
+    from folding_server.frames.pictures import encode_for_model  # noqa: PLC0415
+    from folding_server.vision.alignment import SCALES  # noqa: PLC0415
+    from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
+
+    desk = desk_of(call)
+    run = desk.run(run_id)
+    photos, paper = desk.sequence(run), desk.paper(run)
+    photos.index(frame)
+    progress = Progress(call, total=2)
+    progress.step("finding the sheet in the photos")
+    with desk.eyesight.on(photos) as eyes:
+        progress.step(f"comparing with frame {frame}")
+        seen = eyes.frame(frame)
+        match = compare(paper, seen, SCALES)
+        overlay = encode_for_model(draw_overlay(paper, seen, match))
+    dx, dy, turn = match.alignment.shift
+    comparison = Comparison(
+        frame=frame,
+        verdict=match.verdict,
+        agreement=round(match.agreement, 4),
+        iou={name: round(value, 4) for name, value in match.iou.items()},
+        outline_distance=round(match.outline_distance, 4),
+        shift=(round(dx, 4), round(dy, 4), round(turn, 2)),
+        discrepancies=match.words,
+    )
+    return answer(_in_words(comparison), comparison, overlay)
 
 
 def check_foldability(call: Call, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
     """Check whether the crease pattern can be folded flat."""
-    raise NotImplementedError
+    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads OR-Tools)
+
+    desk = desk_of(call)
+    found = check_paper(desk.paper(desk.run(run_id)))
+    return answer(found.reason, found)
+
+
+def _in_words(found: Comparison) -> str:
+    """The verdict and what disagrees."""
+    said = f"{found.verdict} with frame {found.frame}: {found.agreement:.1%} of the paper agrees."
+    return " ".join([said, *(f"{each}." for each in found.discrepancies)])
