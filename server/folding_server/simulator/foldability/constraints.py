@@ -1,0 +1,100 @@
+"""The conditions on layer orders, as equations between the orders of pairs of overlapping faces.
+
+Write [x, y] for "x lies below y". A fold (a, b) and a face c that spans it: c is not between them, [a, c] = [b, c].
+Two flat pairs, or a flat pair and a face that spans it, along one line: [a, c] = [b, d]. Two folds (a, b), (c, d) on one
+side of a line do not interleave: an even number of [a, c], [b, c], [a, d], [b, d] holds. What remains is transitivity
+among faces that share a cell; the search sees to that. (Taco-taco, taco-tortilla, tortilla-tortilla and transitivity of
+Akitaya et al., "Simple folding is really hard", and of Flat-Folder.)
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from folding_server.simulator.validity.contacts import along, cells, overlapping, through
+from folding_server.simulator.foldability.equations import Pair
+from folding_server.simulator.foldability.flat_faces import FlatFaces
+
+@dataclass(frozen=True)
+class Conditions:
+    """``pairs`` i < j of overlapping faces; ``known`` pairs that the letters fix, lower face first; ``equal`` pairs of
+    statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
+    face, a bit set of the cells it covers."""
+
+    faces: int
+    pairs: frozenset[Pair]
+    known: tuple[Pair, ...]
+    equal: frozenset[tuple[Pair, Pair]]
+    even: frozenset[tuple[Pair, Pair, Pair, Pair]]
+    cells: tuple[int, ...]
+
+
+def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
+    """All conditions on the layer order of a flat-lying pattern; tolerance in units of the sheet's longer side."""
+    outlines = np.array([shapely.Polygon(outline) for outline in flat.outlines])
+    pairs = frozenset((int(i), int(j)) for i, j in overlapping(outlines, tolerance).T)
+    cover = cells(outlines, tolerance)
+    builder = _Builder(flat, pairs)
+    return Conditions(
+        len(outlines), pairs,
+        tuple(builder.known()),
+        frozenset(builder.equal(tolerance, outlines)),
+        frozenset(builder.even),
+        tuple(int.from_bytes(np.packbits(row).tobytes(), "big") for row in cover),
+    )
+
+
+class _Builder:
+    """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read."""
+
+    def __init__(self, flat: FlatFaces, pairs: frozenset[Pair]) -> None:
+        self.flat, self.pairs = flat, pairs
+        self.even: set[tuple[Pair, Pair, Pair, Pair]] = set()
+
+    def overlap(self, *pairs: Pair) -> bool:
+        """Whether all pairs are of faces that overlap."""
+        return all((min(p), max(p)) in self.pairs for p in pairs)
+
+    def known(self) -> Iterator[Pair]:
+        """A valley has the front sides inside: the other face lies on the front of each. A mountain, on the back."""
+        for crease in self.flat.creases:
+            a, b = crease.left, crease.right
+            if crease.letter in "MV" and self.overlap((a, b)):
+                a_below = (crease.letter == "V") != self.flat.mirrored[a]
+                yield (a, b) if a_below else (b, a)
+
+    def equal(self, tolerance: float, outlines: "np.typing.NDArray[np.object_]") -> Iterator[tuple[Pair, Pair]]:
+        """Equations between two statements."""
+        if not self.flat.creases:
+            return
+        segments = self.flat.segments
+        for i, c in through(segments, outlines, tolerance).T:
+            a, b = self.flat.creases[i].left, self.flat.creases[i].right
+            yield from self._same((a, int(c)), (b, int(c)))
+        pairs, ways = along(segments, tolerance)
+        for (i, j), way in zip(pairs.T, ways, strict=True):
+            yield from self._along(int(i), int(j), int(way))
+
+    def _same(self, first: Pair, second: Pair) -> Iterator[tuple[Pair, Pair]]:
+        if len({*first}) == 2 == len({*second}) and self.overlap(first, second):
+            yield first, second
+
+    def _along(self, i: int, j: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+        """Two creases along one line; faces of each by the side they lie on, as seen along the first."""
+        first, second = self.flat.creases[i], self.flat.creases[j]
+        side_i, side_j = self.flat.sides[i], self.flat.sides[j] * way
+        (a, b), (c, d) = (first.left, first.right), (second.left, second.right)
+        if first.folded and second.folded:
+            four = ((a, c), (b, c), (a, d), (b, d))
+            if side_i[0] == side_j[0] and len({a, b, c, d}) == 4 and self.overlap(*four):
+                self.even.add(four)
+        elif first.folded or second.folded:
+            (a, b), fold_side, flat = ((a, b), side_i, ((c, d), side_j)) if first.folded else (
+                (c, d), side_j, ((a, b), side_i))
+            inside = flat[0][0] if flat[1][0] == fold_side[0] else flat[0][1]
+            yield from self._same((a, inside), (b, inside))
+        else:
+            c, d = (c, d) if side_i[0] == side_j[0] else (d, c)
+            yield from self._same((a, c), (b, d))

@@ -1,0 +1,80 @@
+"""Maekawa and Kawasaki at the vertices inside a crease pattern."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import atan2, hypot, pi, tau
+from typing import Literal
+
+from folding_server.simulator.foldability.flat_faces import Crease, creases_of
+from folding_server.simulator.foldability.pattern import CreasePattern
+
+ANGLE = 1e-2
+"""Radians that alternate angles may be off half a turn."""
+PLACE = 2e-4
+"""How far a vertex may be from where it should be, in units of the sheet's longer side: short creases turn by more."""
+
+
+@dataclass(frozen=True)
+class LocalViolation:
+    """A vertex (as the pattern calls it) at which a condition fails, and how."""
+
+    vertex: int
+    condition: Literal["Maekawa", "Kawasaki"]
+    detail: str
+
+
+def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
+    """Every vertex inside the sheet that breaks Maekawa's or Kawasaki's theorem, by ascending index.
+
+    Maekawa: mountains and valleys differ by two; a crease without direction counts as either. Kawasaki: alternate
+    angles add up to half a turn. Marks are not folded and do not count.
+    """
+    extent = max(max(c) - min(c) for c in zip(*pattern.vertices, strict=True))
+    around: dict[int, list[Crease]] = {}
+    for crease in creases_of(pattern):
+        for v in crease.edge:
+            around.setdefault(v, []).append(crease)
+    outline = _outline(pattern)
+    found: list[LocalViolation] = []
+    for v in sorted(set(around) - outline):
+        folded = [crease for crease in around[v] if crease.folded]
+        found.extend(_maekawa(pattern, v, folded))
+        found.extend(_kawasaki(pattern, v, folded, PLACE * extent))
+    return found
+
+
+def _outline(pattern: CreasePattern) -> set[int]:
+    """The vertices of edges that do not lie between two faces."""
+    inner = {crease.edge for crease in creases_of(pattern)}
+    return {v for edge in pattern.edges if edge not in inner for v in edge}
+
+
+def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> Iterator[LocalViolation]:
+    mountains, valleys, free = (sum(c.letter == letter for c in folded) for letter in "MVU")
+    if not folded:
+        return
+    if len(folded) % 2:
+        yield LocalViolation(pattern.name(vertex), "Maekawa", f"An odd number of creases, {len(folded)}, meet here.")
+    elif not any(abs(mountains + k - valleys - (free - k)) == 2 for k in range(free + 1)):
+        yield LocalViolation(
+            pattern.name(vertex), "Maekawa",
+            f"{mountains} mountains and {valleys} valleys meet here; they must differ by two.",
+        )
+
+
+def _kawasaki(
+    pattern: CreasePattern, vertex: int, folded: Sequence[Crease], place: float
+) -> Iterator[LocalViolation]:
+    if not folded or len(folded) % 2:
+        return
+    x, y = pattern.vertices[vertex]
+    ends = [pattern.vertices[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
+    angles = sorted(atan2(v - y, u - x) for u, v in ends)
+    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
+    error = abs(sum(gaps[::2]) - pi)
+    if error > ANGLE + place / min(hypot(u - x, v - y) for u, v in ends):
+        yield LocalViolation(
+            pattern.name(vertex), "Kawasaki",
+            f"Alternate angles add up to {sum(gaps[::2]) * 180 / pi:.4g} and {sum(gaps[1::2]) * 180 / pi:.4g} degrees; "
+            "both must be 180.",
+        )

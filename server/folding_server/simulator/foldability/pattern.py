@@ -1,0 +1,78 @@
+"""A crease pattern as a record: what foldability is asked of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, get_args
+
+from folding_server.errors import ProgramError
+from folding_server.simulator.foldability.planar import boundary_cycles
+from folding_server.simulator.paper import Paper
+
+Letter = Literal["B", "M", "V", "F", "U"]
+"""Boundary, mountain, valley, flat (a mark), or a crease whose direction is not given."""
+
+Edge = tuple[int, int]
+Cycle = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class CreasePattern:
+    """A planar straight-line graph on the unfolded sheet.
+
+    ``vertices``  (x, y) of each vertex, in any unit
+    ``edges``     pairs of indices into ``vertices``
+    ``letters``   one for each edge
+    ``faces``     boundary cycles of vertex indices; empty if they are to be found from the edges
+    ``names``     what each vertex is called in messages; its index if empty
+    """
+
+    vertices: tuple[tuple[float, float], ...]
+    edges: tuple[Edge, ...]
+    letters: tuple[Letter, ...]
+    faces: tuple[Cycle, ...] = ()
+    names: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.letters) != len(self.edges):
+            raise ProgramError(
+                f"There are {len(self.edges)} edges but {len(self.letters)} letters; give one letter for each edge."
+            )
+        odd = sorted(set(self.letters) - set(get_args(Letter)))
+        if odd:
+            raise ProgramError(f"The letter {odd[0]!r} is unknown; use B, M, V, F or U.")
+        for cycle in (*self.edges, *self.faces):
+            for v in cycle:
+                if not 0 <= v < len(self.vertices):
+                    raise ProgramError(
+                        f"{list(cycle)} refers to vertex {v}, but there are vertices 0 to {len(self.vertices) - 1} only."
+                    )
+
+    @cached_property
+    def cycles(self) -> tuple[Cycle, ...]:
+        """The faces, each counter-clockwise: as given, else found from the edges."""
+        return boundary_cycles(self.vertices, self.edges, self.faces)
+
+    def name(self, vertex: int) -> int:
+        """What a vertex is called in messages."""
+        return self.names[vertex] if self.names else vertex
+
+
+def pattern_of(paper: Paper) -> CreasePattern:
+    """The crease pattern of a paper; faces in ascending order of id, vertices called by theirs."""
+    ids = sorted(paper.places)
+    index = {v: i for i, v in enumerate(ids)}
+    edges = list(paper.edges())
+    return CreasePattern(
+        vertices=tuple(paper.places[v] for v in ids),
+        edges=tuple((index[u], index[v]) for (u, v), _ in edges),
+        letters=tuple(_letter(letter) for _, letter in edges),
+        faces=tuple(tuple(index[v] for v in paper.faces[f]) for f in sorted(paper.faces)),
+        names=tuple(ids),
+    )
+
+
+def _letter(text: str) -> Letter:
+    """A letter of the paper as a letter of a pattern."""
+    known: Sequence[Letter] = get_args(Letter)
+    return known[known.index(text)]  # type: ignore[arg-type]
