@@ -1,25 +1,14 @@
-"""Colours: declared names and hex codes, linear light, and the Lab space in which classes are told apart."""
+"""Colours: linear light, and the Lab space in which classes are told apart."""
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from PIL import ImageColor
 
-from folding_server.errors import PhotoError
 from folding_server.vision.photos import Picture
 
 Image = npt.NDArray[np.float32]
 """A float picture, (rows, cols, channels) float32."""
 Vector = npt.NDArray[np.float64]
-
-
-def parse_colour(text: str) -> tuple[int, int, int]:
-    """RGB 0 to 255 of a CSS colour name or a hex code. PhotoError for anything else."""
-    try:
-        return ImageColor.getrgb(text.strip())[:3]
-    except ValueError:
-        message = f"The colour {text!r} is not known; use a CSS name such as 'white' or a hex code such as '#b5443a'."
-        raise PhotoError(message) from None
 
 
 def to_lab(rgb: Picture) -> Image:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.vision.agreement import Target
-from folding_server.vision.alignment import FIXED, Alignment, align_paper
+from folding_server.vision.alignment import Alignment, align_paper
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
@@ -25,6 +25,8 @@ MATCHING_WIDTH = 0.035
 """Sheet units that the widest disagreement of a match may measure across."""
 BORDER_NOISE = 0.012
 """Width, in sheet units, of disagreement along outlines that is put down to the photo."""
+HARDLY_ANY = 0.003
+"""Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MOST_WORDS = 5
 
 
@@ -68,17 +70,17 @@ class Match:
         return [str(d) for d in self.discrepancies[:MOST_WORDS]]
 
 
-def compare(paper: Paper, seen: SeenFrame, scales: tuple[float, float] = FIXED) -> Match:
-    """Compare a folded sheet with a photo after the best small motion; ``scales`` as for :func:`align`."""
+def compare(paper: Paper, seen: SeenFrame) -> Match:
+    """Compare a folded sheet with a photo after the best small motion."""
     target = Target(seen.labels, seen.grid, seen.two_coloured)
-    alignment = align_paper(paper, target, scales)
+    alignment = align_paper(paper, target, seen.scales)
     predicted = draw_paper(paper, seen.grid, alignment.motion)
     if not seen.two_coloured:
         predicted = as_one_colour(predicted)
     mean, worst = outline_distances(predicted, seen.labels, seen.grid.pixels_per_unit)
     found = discrepancies(predicted, seen)
     verdict = judge(alignment.agreement, found)
-    iou = class_iou(predicted, seen.labels, seen.two_coloured)
+    iou = class_iou(predicted, seen)
     return Match(verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted)
 
 
@@ -90,19 +92,20 @@ def judge(agreement: float, found: tuple[Discrepancy, ...]) -> Verdict:
     return "MATCH" if agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH else "MISMATCH"
 
 
-def class_iou(predicted: Labels, seen: Labels, two_coloured: bool) -> dict[str, float]:
+def class_iou(predicted: Labels, seen: SeenFrame) -> dict[str, float]:
     """Intersection over union by class where the photo's class is known."""
-    known = seen != UNKNOWN
-    result = {"paper": _iou(is_paper(predicted) & known, is_paper(seen))}
-    if two_coloured:
-        result["front"] = _iou((predicted == FRONT) & known, seen == FRONT)
-        result["back"] = _iou((predicted == BACK) & known, seen == BACK)
+    known = seen.labels != UNKNOWN
+    smallest = max(1.0, HARDLY_ANY * seen.grid.pixels_per_unit**2)
+    result = {"paper": _iou(is_paper(predicted) & known, is_paper(seen.labels), smallest)}
+    if seen.two_coloured:
+        for name, value in (("front", FRONT), ("back", BACK)):
+            result[name] = _iou((predicted == value) & known, seen.labels == value, smallest)
     return result
 
 
-def _iou(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]) -> float:
+def _iou(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_], smallest: float) -> float:
     union = int(np.count_nonzero(first | second))
-    return int(np.count_nonzero(first & second)) / union if union else 1.0
+    return int(np.count_nonzero(first & second)) / union if union >= smallest else 1.0
 
 
 def outline_distances(predicted: Labels, seen: Labels, pixels_per_unit: float) -> tuple[float, float]:

@@ -7,13 +7,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.frames.colors import color_rgb
 from folding_server.vision.appearance import Look, coordinates
 from folding_server.vision.colours import (
     Image,
     Vector,
     lab_of,
     lab_of_linear,
-    parse_colour,
     skin,
     to_lab,
     to_linear,
@@ -109,10 +109,10 @@ def _hinted_back(photos: Photos, first: Palette) -> Vector | None:
     """The declared back in the light of frame 1, told by how the declared front looks there."""
     if photos.back_color is None:
         return None
-    back = parse_colour(photos.back_color)
+    back = color_rgb(photos.back_color)
     if photos.front_color is None:
         return lab_of(back)
-    front = parse_colour(photos.front_color)
+    front = color_rgb(photos.front_color)
     seen = _linear_of(first.front.surfaces[0].at(np.zeros(()), np.zeros(())).astype(np.float64))
     declared = to_linear(np.array(front)).astype(np.float64)
     gain = np.clip((seen + 0.02) / (declared + 0.02), 0.4, 1.8)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.vision.camera import scales_of
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import REACH, Grid, grid_over
 from folding_server.vision.labels import UNKNOWN, Labels
@@ -31,6 +32,7 @@ class SeenFrame:
     ``confidence``  (rows, cols) float32, 0 to 1, how clear the class is
     ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
     ``two_coloured`` False if the sides look alike: then all paper is FRONT, and predictions are compared as such
+    ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
     """
 
     frame: int
@@ -40,6 +42,7 @@ class SeenFrame:
     edges: Image
     grid: Grid
     two_coloured: bool
+    scales: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ class Eyes:
     photos: Photos
     pose: Pose
     palette: Palette
+    scales: tuple[float, float]
     _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
 
@@ -72,7 +76,7 @@ class Eyes:
         key = (number, pixels_per_unit)
         if key not in self._seen:
             _drop_oldest(self._seen, 2 * KEPT)
-            self._seen[key] = _resample(number, self._look(number), self.two_coloured, pixels_per_unit)
+            self._seen[key] = self._resampled(number, pixels_per_unit)
         return self._seen[key]
 
     def _look(self, number: int) -> _Working:
@@ -87,12 +91,27 @@ class Eyes:
         found = segment(rgb, seen, grid, self.palette)
         return _Working(rgb, found.shares, found.unknown, inner_lines(rgb, found.shares, found.unknown))
 
+    def _resampled(self, number: int, pixels_per_unit: float) -> SeenFrame:
+        """The working pictures on the grid that was asked for."""
+        working, grid = self._look(number), grid_over(pixels_per_unit, REACH)
+        size = (grid.cols, grid.rows)
+        method = cv2.INTER_AREA if grid.rows < working.rgb.shape[0] else cv2.INTER_LINEAR
+        shares = cv2.resize(working.shares, size, interpolation=method)
+        unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
+        order = np.sort(shares, axis=-1)
+        labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
+        confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
+        rgb = cv2.resize(working.rgb, size, interpolation=method)
+        edges = cv2.resize(working.edges, size, interpolation=method)
+        return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
+
 
 def see_sequence(photos: Photos) -> Eyes:
     """Find the sheet in frame 1 and learn the colours. PhotoError if frame 1 shows no flat square."""
     corners = find_square(photos.photo(1), f"Frame 1 of {photos.name}")
     pose = pose_of(corners)
-    return Eyes(photos, pose, learn(photos, pose))
+    palette = learn(photos, pose)
+    return Eyes(photos, pose, palette, scales_of(photos, pose, palette))
 
 
 def _drop_oldest(kept: dict, limit: int) -> None:  # type: ignore[type-arg]
@@ -112,19 +131,3 @@ def inner_lines(rgb: Picture, shares: Image, unknown: npt.NDArray[np.bool_]) -> 
         return np.zeros_like(grey)
     low, high = np.percentile(strength[core], (50, 99.5))
     return np.asarray(np.where(core, np.clip((strength - low) / max(high - low, 2.0), 0, 1), 0), np.float32)
-
-
-def _resample(number: int, working: _Working, two_coloured: bool, pixels_per_unit: float) -> SeenFrame:
-    """The working pictures on the grid that was asked for."""
-    grid = grid_over(pixels_per_unit, REACH)
-    size = (grid.cols, grid.rows)
-    smaller = grid.rows < working.rgb.shape[0]
-    method = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
-    shares = cv2.resize(working.shares, size, interpolation=method)
-    unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
-    order = np.sort(shares, axis=-1)
-    labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
-    confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
-    rgb = cv2.resize(working.rgb, size, interpolation=method)
-    edges = cv2.resize(working.edges, size, interpolation=method)
-    return SeenFrame(number, labels, rgb, confidence, edges, grid, two_coloured)
