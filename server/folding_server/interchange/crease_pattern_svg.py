@@ -1,0 +1,75 @@
+"""The crease pattern as an SVG picture: mountain red dash-dotted, valley blue dashed, boundary black, mark grey."""
+
+from dataclasses import dataclass
+
+from folding_server.interchange.crease_pattern import CreasePattern
+
+MARGIN = 0.06
+LEGEND_HEIGHT = 40
+
+
+@dataclass(frozen=True)
+class LineStyle:
+    """How the creases of one letter look; widths and dashes are in pixels of a picture 768 pixels wide."""
+
+    name: str
+    color: str
+    width: float
+    dashes: str | None
+
+
+STYLES = {
+    "F": LineStyle("mark", "#9a9a9a", 1.4, None),
+    "U": LineStyle("unassigned", "#b070c8", 1.8, "2 4"),
+    "V": LineStyle("valley", "#1f5fd0", 2.0, "10 6"),
+    "M": LineStyle("mountain", "#d02a2a", 2.0, "12 5 2 5"),
+    "B": LineStyle("edge", "#000000", 2.4, None),
+}
+"""By letter, in the order in which they are drawn: what matters most comes last."""
+
+
+def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool = False) -> str:
+    """The pattern seen from its front, fitted to ``size`` pixels in width, with a legend below if asked for."""
+    xs, ys = zip(*pattern.vertices, strict=True)
+    span = max(max(xs) - min(xs), max(ys) - min(ys))
+    scale, border = size * (1 - 2 * MARGIN) / span, size * MARGIN
+    height = (max(ys) - min(ys)) * scale + 2 * border
+    body = []
+    for letter, style in STYLES.items():
+        path = "".join(
+            "M" + "L".join(
+                f"{border + (x - min(xs)) * scale:.2f} {border + (max(ys) - y) * scale:.2f}"
+                for x, y in (pattern.vertices[u], pattern.vertices[v])
+            )
+            for (u, v), assigned in zip(pattern.edges, pattern.assignments, strict=True)
+            if assigned == letter
+        )
+        if path:
+            body.append(f'<path class="{style.name}" d="{path}" {_stroke(style, size / 768)}/>')
+    if legend:
+        body += _legend(sorted(set(pattern.assignments), key=list(STYLES).index, reverse=True), size, height)
+    full = height + (LEGEND_HEIGHT * size / 768 if legend else 0)
+    area = f'width="{size:g}" height="{full:g}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {area} viewBox="0 0 {size:g} {full:g}">'
+    return "\n".join([head, f'<rect {area} fill="#ffffff"/>', *body, "</svg>\n"])
+
+
+def _stroke(style: LineStyle, unit: float) -> str:
+    dashes = ""
+    if style.dashes:
+        dashes = ' stroke-dasharray="' + " ".join(f"{float(d) * unit:.2f}" for d in style.dashes.split()) + '"'
+    return f'fill="none" stroke="{style.color}" stroke-width="{style.width * unit:.2f}"{dashes}'
+
+
+def _legend(letters: list[str], size: int, top: float) -> list[str]:
+    """A sample of each kind of line in the pattern with its name."""
+    unit = size / 768
+    drawn = []
+    for i, letter in enumerate(letters):
+        style, x, y = STYLES[letter], size * MARGIN + i * 140 * unit, top + 8 * unit
+        drawn.append(f'<path d="M{x:.1f} {y:.1f}L{x + 48 * unit:.1f} {y:.1f}" {_stroke(style, unit)}/>')
+        drawn.append(
+            f'<text x="{x + 56 * unit:.1f}" y="{y + 5 * unit:.1f}" font-family="DejaVu Sans, Verdana, sans-serif" '
+            f'font-size="{14 * unit:.1f}" fill="#222222">{style.name}</text>'
+        )
+    return drawn

@@ -1,0 +1,72 @@
+"""Every export format of the server behind one function."""
+
+import re
+from dataclasses import dataclass
+
+from folding_schemas.actions import Program
+from folding_schemas.results import ExportFormat
+from folding_server.diagram import Colors, draw_svg, rasterise
+from folding_server.diagram.colors import DEFAULT_COLORS
+from folding_server.errors import ProgramError
+from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
+from folding_server.interchange.obj import obj_text
+from folding_server.interchange.programs import program_text
+from folding_server.simulator import Paper
+
+FILES: dict[ExportFormat, tuple[str, str]] = {
+    "fold": ("application/json", ".fold"),
+    "crease-pattern": ("application/json", "-crease-pattern.fold"),
+    "svg": ("image/svg+xml", ".svg"),
+    "png": ("image/png", ".png"),
+    "obj": ("model/obj", ".obj"),
+    "program": ("application/json", ".json"),
+}
+"""Format -> media type and how the file's name ends."""
+
+
+@dataclass(frozen=True)
+class ExportedFile:
+    """A file ready to be written or sent: text, or bytes for a PNG."""
+
+    format: ExportFormat
+    media_type: str
+    filename: str
+    content: str | bytes
+
+
+def export(
+    paper: Paper, format: ExportFormat, colors: Colors = DEFAULT_COLORS, program: Program | None = None
+) -> ExportedFile:
+    """The paper (or the program that made it) in one of the formats. The file is named after the program.
+
+    ProgramError for an unknown format, or for the program of a paper that has none.
+    """
+    if format not in FILES:
+        raise ProgramError(f"There is no export format {format!r}; the formats are {', '.join(FILES)}.")
+    media_type, ending = FILES[format]
+    name = program.name if program else "model"
+    return ExportedFile(format, media_type, _stem(name) + ending, _content(paper, format, colors, program))
+
+
+def _content(paper: Paper, format: ExportFormat, colors: Colors, program: Program | None) -> str | bytes:
+    title = program.name if program else None
+    match format:
+        case "fold":
+            return fold_text(fold_document(paper, title))
+        case "crease-pattern":
+            return fold_text(crease_pattern_document(paper, title))
+        case "svg":
+            return draw_svg(paper, colors)
+        case "png":
+            return rasterise(draw_svg(paper, colors))
+        case "obj":
+            return obj_text(paper)
+        case "program":
+            if program is None:
+                raise ProgramError("This paper was not made by a program, so there is none to export; use another format.")
+            return program_text(program)
+
+
+def _stem(name: str) -> str:
+    """A name as a safe file name."""
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.") or "model"

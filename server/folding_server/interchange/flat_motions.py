@@ -1,0 +1,174 @@
+"""How the faces of a crease pattern move when it is folded flat: one isometry a face, or the pattern from the fold."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import hypot
+
+from folding_server.errors import ProgramError
+from folding_server.interchange.crease_pattern import CreasePattern, counterclockwise
+from folding_server.simulator.plane_geometry import IDENTITY, TOLERANCE, Isometry, Point, area, line_through, mirror
+
+Motions = list[Isometry]
+
+ROUNDED = 10 * TOLERANCE
+"""Files from elsewhere may be this far out (sheet units): published results carry roundings of up to 1e-3."""
+
+
+def sheet_scale(points: Sequence[Point]) -> float:
+    """The factor that makes the width 1, unless a side of the bounding box is 1 as it is."""
+    width, height = _extent(points)
+    return 1.0 if min(abs(width - 1), abs(height - 1)) <= ROUNDED else 1 / width
+
+
+def normalised(pattern: CreasePattern) -> CreasePattern:
+    """The pattern with its lower left corner at (0, 0) and in sheet units. ProgramError if it is no full rectangle."""
+    points = pattern.vertices
+    width, height = _extent(points)
+    covered = sum(abs(area([points[v] for v in cycle])) for cycle in pattern.faces)
+    if min(width, height) <= 0 or abs(covered - width * height) > ROUNDED * (width + height) * max(width, height):
+        raise ProgramError(
+            f"The faces of the crease pattern cover an area of {covered:.6g} where a sheet of {width:.6g} by "
+            f"{height:.6g} has {width * height:.6g}; only whole rectangular sheets with upright sides are read."
+        )
+    scale, left, bottom = sheet_scale(points), min(x for x, _ in points), min(y for _, y in points)
+    if scale == 1.0 and max(abs(left), abs(bottom)) <= ROUNDED:
+        return pattern
+    return replace(pattern, vertices=tuple(((x - left) * scale, (y - bottom) * scale) for x, y in points))
+
+
+def _extent(points: Sequence[Point]) -> tuple[float, float]:
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    return max(xs) - min(xs), max(ys) - min(ys)
+
+
+def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: float) -> Motions:
+    """The motion of each face from the sheet to its folded place, in sheet units; ``scale`` is that of the file.
+
+    ProgramError if a face has another shape when folded.
+    """
+    motions = []
+    for i, cycle in enumerate(pattern.faces):
+        flat = [pattern.vertices[v] for v in cycle]
+        lies = [(folded[v][0] * scale, folded[v][1] * scale) for v in cycle]
+        motion = best_motion(flat, lies)
+        worst = max(hypot(x - p, y - q) for (x, y), (p, q) in zip(map(motion, flat), lies, strict=True))
+        if worst > ROUNDED:
+            raise ProgramError(
+                f"Face {i} of the FOLD file has another shape when folded (a corner is out by {worst:.3g} of the sheet); "
+                "the folded form and the crease pattern do not belong together."
+            )
+        motions.append(motion)
+    return motions
+
+
+def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
+    """The isometry that takes one outline to another with the least squared error; a mirror if they run opposite."""
+    mirrored = (area(start) > 0) != (area(end) > 0)
+    z, w = [complex(*p) for p in start], [complex(*p) for p in end]
+    middle, target = sum(z) / len(z), sum(w) / len(w)
+    inner = [(p - middle).conjugate() if mirrored else p - middle for p in z]
+    turn = sum((q - target) * p.conjugate() for p, q in zip(inner, w, strict=True))
+    turn /= abs(turn) or 1.0
+    c, s = turn.real, turn.imag
+    a, b, d, e = (c, s, s, -c) if mirrored else (c, -s, s, c)
+    return Isometry(
+        a, b, d, e, target.real - a * middle.real - b * middle.imag, target.imag - d * middle.real - e * middle.imag
+    )
+
+
+def motions_by_folding(pattern: CreasePattern) -> Motions:
+    """The motion of each face when every M and V is folded flat and face 0 stays, by reflections from face to face.
+
+    ProgramError if a crease has no letter, or the faces do not close up around a vertex (Kawasaki's theorem).
+    """
+    if not pattern.folded:
+        raise ProgramError(
+            "The crease pattern has unassigned creases, so it is not known how it lies when folded; "
+            "give M, V or F for every crease, or check it for foldability to find a folded state."
+        )
+    motions: dict[int, Isometry] = {0: IDENTITY}
+    beside = _faces_beside(pattern)
+    waiting = [0]
+    while waiting:
+        face = waiting.pop()
+        for edge, other in beside[face]:
+            motion = _across(pattern, edge, motions[face])
+            if other not in motions:
+                motions[other] = motion
+                waiting.append(other)
+            else:
+                _check_closed(pattern, edge, motion, motions[other], other)
+    if len(motions) < len(pattern.faces):
+        raise ProgramError("The faces of the crease pattern are not all joined; only sheets in one piece are read.")
+    return [motions[i] for i in range(len(pattern.faces))]
+
+
+def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
+    """The motion of the face on the other side of an edge."""
+    if pattern.assignments[edge] not in "MV":
+        return motion
+    u, v = pattern.edges[edge]
+    return motion.after(mirror(line_through(pattern.vertices[u], pattern.vertices[v])))
+
+
+def _check_closed(pattern: CreasePattern, edge: int, one: Isometry, other: Isometry, face: int) -> None:
+    for v in pattern.faces[face]:
+        (x, y), (p, q) = one(pattern.vertices[v]), other(pattern.vertices[v])
+        if hypot(x - p, y - q) > ROUNDED or one.mirrors != other.mirrors:
+            a, b = pattern.edges[edge]
+            raise ProgramError(
+                f"The crease pattern does not fold flat as its letters say: its faces do not close up at the crease "
+                f"between vertices {a} and {b}; check the letters of the creases around them."
+            )
+
+
+def _faces_beside(pattern: CreasePattern) -> list[list[tuple[int, int]]]:
+    """For each face the neighbours it shares an edge with, as (edge, face)."""
+    index = {edge: i for i, edge in enumerate(pattern.edges)}
+    owners: dict[int, list[int]] = {}
+    for f, cycle in enumerate(pattern.faces):
+        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
+            edge = index.get((min(u, v), max(u, v)))
+            if edge is None:
+                raise ProgramError(f"Face {f} of the FOLD file has a side {u}-{v} that is no edge; add it to edges_vertices.")
+            owners.setdefault(edge, []).append(f)
+    neighbours: list[list[tuple[int, int]]] = [[] for _ in pattern.faces]
+    for edge, faces in owners.items():
+        if len(faces) > 2:
+            raise ProgramError(f"Edge {edge} of the FOLD file has {len(faces)} faces; a sheet of paper has two at most.")
+        if len(faces) == 2:
+            neighbours[faces[0]].append((edge, faces[1]))
+            neighbours[faces[1]].append((edge, faces[0]))
+    return neighbours
+
+
+def unfolded(folded: CreasePattern) -> CreasePattern:
+    """The crease pattern of a folded form: folding it along its folded creases once more lays it flat.
+
+    The sheet is turned so that the side where face 0 runs counter-clockwise is the front, and its lower edge level.
+    """
+    motions = motions_by_folding(folded)
+    places: dict[int, Point] = {}
+    for cycle, motion in zip(folded.faces, motions, strict=True):
+        for v in cycle:
+            places.setdefault(v, motion(folded.vertices[v]))
+    if len(places) < len(folded.vertices):
+        raise ProgramError("The FOLD file has a vertex that no face uses; remove it.")
+    points = [places[v] for v in range(len(folded.vertices))]
+    points = _levelled(folded, points)
+    faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in folded.faces)
+    return replace(folded, vertices=tuple(points), faces=faces)
+
+
+def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
+    """The points turned so that the longest straight boundary edge is level, mirrored if face 0 runs clockwise."""
+    boundary = [edge for edge, letter in zip(pattern.edges, pattern.assignments, strict=True) if letter == "B"]
+    if not boundary:
+        raise ProgramError("The FOLD file marks no boundary edge (B), so the outline of the sheet is not known.")
+    u, v = max(boundary, key=lambda e: abs(complex(*points[e[0]]) - complex(*points[e[1]])))
+    side = complex(*points[v]) - complex(*points[u])
+    turn = abs(side) / side
+    turned = [complex(*p) * turn for p in points]
+    if area([points[w] for w in pattern.faces[0]]) < 0:
+        turned = [p.conjugate() for p in turned]
+    return [(p.real, p.imag) for p in turned]

@@ -1,0 +1,137 @@
+"""A folded sheet as a FOLD 1.2 document: the folded form, then the crease pattern, same vertices in the same order.
+
+The standard properties say all that other software reads. Properties named ``folding:...`` add what the simulator
+needs to go on exactly where it was: ids, isometries, the total order of the stack, and who folded which crease.
+Coordinates are written in full double precision.
+"""
+
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+from folding_server.interchange.crease_pattern import CreasePattern, crease_pattern_of
+from folding_server.simulator import overlapping_pairs
+from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.plane_geometry import area
+
+Document = dict[str, Any]
+
+FOLD_ANGLES = {"V": 180, "M": -180}
+RECORD_VERSION = 1
+"""Version of the ``folding:`` properties."""
+
+
+def fold_document(paper: Paper, title: str | None = None) -> Document:
+    """The full document: frame 0 is the folded form, frame 1 the crease pattern, which inherits what is the same."""
+    pattern = crease_pattern_of(paper)
+    pairs = overlapping_pairs(paper)
+    touching = "selfTouching" if pairs else "nonSelfTouching"
+    return {
+        **_file_properties(title),
+        "frame_classes": ["foldedForm"],
+        "frame_attributes": _attributes(touching),
+        "frame_unit": "unit",
+        "vertices_coords": [list(paper.positions[v]) for v in sorted(paper.places)],
+        **_mesh(pattern),
+        "faceOrders": _face_orders(paper, pairs),
+        **_ids(paper),
+        **_record(paper),
+        "file_frames": [
+            {
+                "frame_classes": ["creasePattern"],
+                "frame_attributes": _attributes("nonSelfTouching"),
+                "frame_parent": 0,
+                "frame_inherit": True,
+                "vertices_coords": [list(place) for place in pattern.vertices],
+                "faceOrders": [],
+            }
+        ],
+    }
+
+
+def crease_pattern_document(paper: Paper, title: str | None = None) -> Document:
+    """The crease pattern alone, as the only frame."""
+    pattern = crease_pattern_of(paper)
+    return {
+        **_file_properties(title),
+        "frame_classes": ["creasePattern"],
+        "frame_attributes": _attributes("nonSelfTouching"),
+        "frame_unit": "unit",
+        "vertices_coords": [list(place) for place in pattern.vertices],
+        **_mesh(pattern),
+        **_ids(paper),
+    }
+
+
+def fold_text(document: Mapping[str, Any]) -> str:
+    """A document as the text of a ``.fold`` file: one property a line."""
+    lines = (f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _file_properties(title: str | None) -> Document:
+    named = {"file_title": title} if title else {}
+    creator = f"foldingagent-mcp {version('foldingagent-mcp')}"
+    return {"file_spec": 1.2, "file_creator": creator, **named, "file_classes": ["singleModel"]}
+
+
+def _attributes(touching: str) -> list[str]:
+    return ["2D", "manifold", "orientable", touching, "nonSelfIntersecting", "noCuts", "noJoins", "convexFaces"]
+
+
+def _mesh(pattern: CreasePattern) -> Document:
+    """Everything that both frames share: edges, letters, angles, faces and how they are joined."""
+    edge_index = {edge: i for i, edge in enumerate(pattern.edges)}
+    left: dict[tuple[int, int], int] = {}
+    faces_edges = []
+    for f, cycle in enumerate(pattern.faces):
+        sides = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
+        left.update((side, f) for side in sides)
+        faces_edges.append([edge_index[min(side), max(side)] for side in sides])
+    return {
+        "edges_vertices": [list(edge) for edge in pattern.edges],
+        "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges],
+        "edges_assignment": list(pattern.assignments),
+        "edges_foldAngle": [FOLD_ANGLES.get(letter, 0) for letter in pattern.assignments],
+        "faces_vertices": [list(cycle) for cycle in pattern.faces],
+        "faces_edges": faces_edges,
+    }
+
+
+def _face_orders(paper: Paper, pairs: list[tuple[int, int]]) -> list[list[int]]:
+    """[f, g, s] for each overlapping pair: s = +1 if f lies on the side of g that g's normal points to.
+
+    Faces run counter-clockwise on the front, so the normal of g points to the viewer if the front of g is up.
+    """
+    index = {face: i for i, face in enumerate(paper.faces)}
+    return [[index[upper], index[lower], -1 if paper.back_up(lower) else 1] for lower, upper in pairs]
+
+
+def _ids(paper: Paper) -> Document:
+    return {"folding:vertex_ids": sorted(paper.places), "folding:face_ids": list(paper.faces)}
+
+
+def _record(paper: Paper) -> Document:
+    """What only the simulator needs, by the ids of vertices and faces."""
+    return {
+        "folding:record": {
+            "version": RECORD_VERSION,
+            "sheet": list(paper.sheet),
+            "order": list(paper.order),
+            "isometries": [list(paper.isometries[face]) for face in paper.faces],
+            "counterclockwise": [face for face in paper.faces if area(paper.sheet_polygon(face)) > 0],
+            "creases": [[list(edge), _crease_chain(crease)] for edge, crease in paper.creases.items()],
+            "folds": paper.folds,
+            "fold_edges": [[number, *edge] for number, edge in paper.fold_edges.items()],
+        }
+    }
+
+
+def _crease_chain(crease: Crease | None) -> list[list[int]]:
+    """The records of a crease as [fold, face that moved], the newest first."""
+    chain = []
+    while crease is not None:
+        chain.append([crease.fold, crease.moved])
+        crease = crease.below
+    return chain

@@ -1,0 +1,180 @@
+"""FOLD files as papers: our own exactly as they were, others by their geometry, letters and face orders."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from folding_server.errors import ProgramError
+from folding_server.interchange.crease_pattern import CreasePattern, counterclockwise, planar_faces
+from folding_server.interchange.flat_motions import (
+    Motions,
+    motions_between,
+    motions_by_folding,
+    normalised,
+    sheet_scale,
+    unfolded,
+)
+from folding_server.interchange.fold_frames import Frame, read_frames
+from folding_server.interchange.own_record import restored
+from folding_server.interchange.stacking import stacked
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import TOLERANCE, Point, line_through
+
+
+class FaceOrders(Enum):
+    """What the sign in a ``faceOrders`` triple [f, g, s] says. FOLD 1.2 is the default; others are asked for.
+
+    ``SPEC``      s = +1: f lies on the side of g that g's normal points to (FOLD 1.2)
+    ``VIEWER``    s = +1: f lies above g as the model is seen, whichever way the faces are turned
+    ``REVERSED``  s = +1: f lies below g as the model is seen
+    ``FIRST``     as SPEC, but by the normal of f, the first face named
+    """
+
+    SPEC = "spec"
+    VIEWER = "viewer"
+    REVERSED = "reversed"
+    FIRST = "first"
+
+
+def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrders.SPEC) -> Paper:
+    """The folded paper of a FOLD file, given as its text or the parsed document.
+
+    Our own files give back exactly the paper that was written. Of other files are used: the crease pattern and the
+    folded form, either alone or both; faces, or else the faces of the planar pattern; letters or fold angles; and
+    ``faceOrders``. The sheet is moved and scaled so that its lower left corner is (0, 0) and its width is 1, unless a
+    side is 1 already. ProgramError if the file cannot be read, the pattern does not fold flat as its letters say, or
+    the order of overlapping faces is not given.
+    """
+    frames = read_frames(source)
+    for frame in frames:
+        if frame.record is not None:
+            return restored(frame, _frame_of(frames, "creasePattern") or frame)
+    return _foreign(frames, face_orders)
+
+
+def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
+    """The crease pattern of a FOLD file as it stands: unassigned creases stay U, nothing is scaled.
+
+    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded; faces are
+    computed where there are none. ProgramError if the file cannot be read or has no crease pattern.
+    """
+    frames = read_frames(source)
+    frame = _frame_of(frames, "creasePattern")
+    if frame is None and not frames[0].of_class("foldedForm"):
+        frame = frames[0]
+    if frame is None:
+        raise ProgramError("The FOLD file has no frame of class creasePattern; save the unfolded pattern with it.")
+    return _pattern(frame)
+
+
+@dataclass(frozen=True)
+class _Sources:
+    """The frames a foreign paper is made of: where the sheet is unfolded, where it is folded, who orders the faces."""
+
+    unfolded: Frame | None
+    folded: Frame | None
+    orders: Frame
+
+
+def _frame_of(frames: list[Frame], name: str) -> Frame | None:
+    return next((frame for frame in frames if frame.of_class(name)), None)
+
+
+def _sources(frames: list[Frame]) -> _Sources:
+    folded, unfolded = _frame_of(frames, "foldedForm"), _frame_of(frames, "creasePattern")
+    if folded is None and unfolded is None:
+        unfolded = frames[0]
+    return _Sources(unfolded, folded, next((f for f in (folded, *frames) if f is not None and f.face_orders), frames[0]))
+
+
+def _foreign(frames: list[Frame], convention: FaceOrders) -> Paper:
+    sources = _sources(frames)
+    given = _flat_pattern(sources)
+    pattern = normalised(given)
+    _check_convex(pattern)
+    if sources.folded is not None:
+        motions = motions_between(pattern, _points(sources.folded), sheet_scale(given.vertices))
+    else:
+        motions = motions_by_folding(pattern)
+    relation = _relation(sources.orders, motions, convention)
+    ids = sources.orders.vertex_ids or list(range(1, len(pattern.vertices) + 1))
+    return stacked(pattern, motions, relation, ids)
+
+
+def _flat_pattern(sources: _Sources) -> CreasePattern:
+    """The crease pattern in the file's units, unfolding the folded form if that is all there is."""
+    folded, flat = sources.folded, sources.unfolded
+    if flat is None:
+        assert folded is not None
+        return unfolded(_pattern(folded, turned=True))
+    if folded is None or not folded.faces_vertices:
+        return _pattern(flat)
+    if len(folded.vertices_coords) != len(flat.vertices_coords) or (
+        flat.faces_vertices and [set(f) for f in flat.faces_vertices] != [set(f) for f in folded.faces_vertices]
+    ):
+        raise ProgramError(
+            "The folded form and the crease pattern of the FOLD file do not have the same vertices and faces in the same "
+            "order; save both frames from one model."
+        )
+    return _pattern(flat.model_copy(update={"faces_vertices": folded.faces_vertices}))
+
+
+def _points(frame: Frame) -> list[Point]:
+    return [(point[0], point[1]) for point in frame.vertices_coords]
+
+
+def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
+    """The mesh of a frame. The faces of a folded form (``turned``) may run either way and are left as they are."""
+    points = _points(frame)
+    if len(points) < 3 or not frame.edges_vertices:
+        raise ProgramError("The FOLD file has no vertices_coords or no edges_vertices; both are needed.")
+    if any(abs(z) > 1e-6 for point in frame.vertices_coords for z in point[2:]):
+        raise ProgramError("The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read.")
+    edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
+    letters = tuple("F" if letter == "J" else letter for letter in frame.letters())
+    if "C" in letters:
+        raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
+    if frame.faces_vertices:
+        faces = tuple(
+            tuple(cycle) if turned else counterclockwise(cycle, [points[v] for v in cycle])
+            for cycle in frame.faces_vertices
+        )
+    elif turned:
+        raise ProgramError("The FOLD file has a folded form without faces_vertices; give its faces or the crease pattern.")
+    else:
+        faces = planar_faces(points, edges)
+    return CreasePattern(tuple(points), edges, _with_boundary(edges, letters, faces), faces)
+
+
+def _with_boundary(
+    edges: tuple[tuple[int, int], ...], letters: tuple[str, ...], faces: tuple[tuple[int, ...], ...]
+) -> tuple[str, ...]:
+    """Letters with B for every unassigned edge that has one face only."""
+    beside: dict[tuple[int, int], int] = {}
+    for cycle in faces:
+        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
+            beside[min(u, v), max(u, v)] = beside.get((min(u, v), max(u, v)), 0) + 1
+    return tuple(
+        "B" if letter == "U" and beside.get(edge) == 1 else letter for edge, letter in zip(edges, letters, strict=True)
+    )
+
+
+def _relation(frame: Frame, motions: Motions, convention: FaceOrders) -> set[tuple[int, int]]:
+    """Pairs (lower, upper) of face indices as the model is seen, from ``faceOrders``."""
+    relation = set()
+    for f, g, sign in frame.face_orders:
+        if sign:
+            judge = {FaceOrders.SPEC: g, FaceOrders.FIRST: f}.get(convention)
+            turned = convention is FaceOrders.REVERSED if judge is None else motions[judge].mirrors
+            relation.add((g, f) if (sign > 0) != turned else (f, g))
+    return relation
+
+
+def _check_convex(pattern: CreasePattern) -> None:
+    for i, cycle in enumerate(pattern.faces):
+        corners = [pattern.vertices[v] for v in cycle]
+        for p, q in zip(corners, (*corners[1:], corners[0]), strict=True):
+            line = line_through(p, q) if p != q else None
+            if line is None or any(line.distance(r) < -TOLERANCE for r in corners):
+                raise ProgramError(f"Face {i} of the FOLD file is not convex; add crease marks that split it.")
