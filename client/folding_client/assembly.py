@@ -14,6 +14,10 @@ from folding_client.record.recorder import Recorder
 from folding_client.selector import GeometricSelector, ModelSelector, Selector
 from folding_client.server import FoldingServer
 from folding_client.settings import Role, Settings
+from folding_client.variants.few_shot import solved_examples
+from folding_client.variants.vlm_cp import PatternPerStep
+from folding_client.variants.vlm_s import PlanPerStep
+from folding_client.variants.worker import Worker
 from folding_client.voice import Voice
 
 
@@ -56,13 +60,30 @@ def make_selector(cast: Cast, server: FoldingServer, recorder: Recorder) -> Sele
         else GeometricSelector(server)
 
 
-def make_agent(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
-               colors: tuple[str, str]) -> Agent:
-    """The agent with its toolbox, on a server whose run is open."""
+def make_worker(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
+                colors: tuple[str, str]) -> Worker:
+    """What the settings' variant names, on a server whose run is open."""
+    voice = Voice("agent", cast.agent, recorder, settings.max_queries)
+    examples = solved_examples(settings.variant) if settings.few_shot else ()
+    match settings.variant:
+        case "agent":
+            return _agent(cast, settings, server, recorder, progress, colors)
+        case "vlm-cp":
+            return PatternPerStep(voice, server, recorder, progress, examples)
+        case "vlm-s":
+            return PlanPerStep(voice, server, recorder, progress, examples=examples)
+        case "vlm-s-c":
+            return PlanPerStep(voice, server, recorder, progress, make_critic(cast, server, recorder),
+                               make_selector(cast, server, recorder), examples)
+
+
+def _agent(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
+           colors: tuple[str, str]) -> Agent:
     overview: OverviewCritic = ModelOverview(Voice("overview", cast.overview, recorder)) if cast.overview \
         else GeometricOverview(server)
     toolbox = Toolbox(server, make_critic(cast, server, recorder), overview, recorder, colors,
                       paper_only=settings.paper_tools)
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
-    habits = Habits(settings.failures_per_step, settings.frugal)
+    examples = solved_examples("agent") if settings.few_shot else ()
+    habits = Habits(settings.failures_per_step, settings.frugal, examples)
     return Agent(voice, server, toolbox, make_selector(cast, server, recorder), recorder, progress, habits)

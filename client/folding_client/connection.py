@@ -87,7 +87,8 @@ class Connection:
     async def _until(self, answer: asyncio.Future[Answer]) -> Answer:
         """The answer, or ConnectionLost if the connection ends before it comes."""
         assert self._task is not None, "the connection is open"
-        await asyncio.wait({self._task, answer}, return_when=asyncio.FIRST_COMPLETED)
+        ending: set[asyncio.Future[Any]] = {self._task, answer}
+        await asyncio.wait(ending, return_when=asyncio.FIRST_COMPLETED)
         if not answer.done():
             raise ConnectionLost(self._why_it_ended())
         return answer.result()

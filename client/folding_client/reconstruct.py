@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from folding_client.assembly import make_agent, make_cast
+from folding_client.assembly import make_cast, make_worker
 from folding_client.connection import ServerAddress
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
 from folding_client.outputs import write_outputs
@@ -115,14 +115,16 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
 async def _worked(job: Job, server: FoldingServer, recorder: Recorder, progress: Progress) -> Outcome:
     cast = make_cast(job.settings, recorder)
     info = await _opened(job, server, recorder)
-    agent = make_agent(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
+    worker = make_worker(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
     try:
-        info = await agent.run()
+        info = await worker.run()
     except RunStopped as stop:
         recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
-        await _save_what_is_there(server, recorder)
+        if worker.simulates:
+            await _save_what_is_there(server, recorder)
         raise
-    await write_outputs(server, recorder, info)
+    if worker.simulates:
+        await write_outputs(server, recorder, info)
     return _ended(recorder, "complete", "", info)
 
 

@@ -45,6 +45,8 @@ class Habits:
 class Agent:
     """Reconstructs a sequence frame by frame. Every step starts from a fresh context."""
 
+    simulates = True
+
     def __init__(self, voice: Voice, server: FoldingServer, toolbox: Toolbox, selector: Selector,
                  recorder: Recorder, progress: Progress, habits: Habits) -> None:
         self._voice = voice

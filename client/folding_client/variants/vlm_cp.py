@@ -1,0 +1,107 @@
+"""VLM-CP: crease pattern in, crease pattern out, without simulator, tools or state (paper, section "Ablations")."""
+
+import json
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from folding_client.interrupts import ReplyUnreadable, StepHopeless
+from folding_client.messages import Message, system, user
+from folding_client.messages import answered as spoken
+from folding_client.progress import Progress
+from folding_client.record.recorder import Recorder
+from folding_client.server import FoldingServer
+from folding_client.verdicts import read_form
+from folding_client.voice import Voice
+from folding_prompts import prompt
+from folding_schemas.results import FrameView, RunInfo
+
+READINGS = 2
+
+
+class CreasePattern(BaseModel):
+    """The part of a FOLD file that the variant speaks of: places on the sheet, edges, letters."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    vertices_coords: list[tuple[float, float]] = Field(min_length=3)
+    edges_vertices: list[tuple[int, int]] = Field(min_length=3)
+    edges_assignment: list[Literal["B", "M", "V", "F", "U"]]
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> "CreasePattern":
+        if len(self.edges_assignment) != len(self.edges_vertices):
+            message = f"{len(self.edges_vertices)} edges have {len(self.edges_assignment)} letters"
+            raise ValueError(message)
+        last = len(self.vertices_coords) - 1
+        for edge in self.edges_vertices:
+            if not all(0 <= vertex <= last for vertex in edge):
+                message = f"edge {list(edge)} names a vertex that is not there; they are 0 to {last}"
+                raise ValueError(message)
+        return self
+
+    def fold_file(self, frame: int) -> dict[str, object]:
+        """The pattern as a FOLD file."""
+        return {"file_spec": 1.2, "file_creator": "foldingagent", "frame_title": f"frame {frame}",
+                "frame_classes": ["creasePattern"], **self.model_dump(mode="json")}
+
+
+SQUARE = CreasePattern(vertices_coords=[(0, 1), (1, 1), (1, 0), (0, 0)],
+                       edges_vertices=[(0, 1), (1, 2), (2, 3), (3, 0)], edges_assignment=["B", "B", "B", "B"])
+
+
+@dataclass
+class PatternPerStep:
+    """Predicts one crease pattern per frame, each from the one before; kept in ``patterns.json``."""
+
+    voice: Voice
+    server: FoldingServer
+    recorder: Recorder
+    progress: Progress
+    examples: tuple[Message, ...] = ()
+    simulates: bool = False
+
+    async def run(self) -> RunInfo:
+        """Predict every frame that has no pattern yet. StepHopeless if the model gives none that can be read."""
+        info = await self.server.where()
+        patterns = self._recorded(info) or [SQUARE]
+        self._write(patterns, info)
+        while len(patterns) < info.frames:
+            frame = len(patterns) + 1
+            self.recorder.outcome("running", "", len(patterns), info.frames)
+            self.recorder.event("step_started", frame=frame, saved=list(range(1, frame)))
+            self.progress.step(frame, info.frames, len(patterns))
+            patterns.append(await self._predicted(info, frame, patterns[-1]))
+            self._write(patterns, info)
+        return info.model_copy(update={"saved": list(range(1, info.frames + 1)), "complete": True})
+
+    async def _predicted(self, info: RunInfo, frame: int, pattern: CreasePattern) -> CreasePattern:
+        _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)
+        _, after = await self.server.ask(FrameView, "view_frame", frame=frame)
+        about = system(prompt("variants/cp_system", front=info.front_color, back=info.back_color))
+        step = prompt("variants/cp_step", before=frame - 1, frame=frame, frames=info.frames,
+                      pattern=json.dumps(pattern.model_dump(mode="json")))
+        messages = [about, *self.examples, user(step, (*before, *after))]
+        why = ""
+        for _ in range(READINGS):
+            reply = await self.voice.query(messages)
+            try:
+                return read_form(CreasePattern, reply.text)
+            except ReplyUnreadable as reason:
+                why = str(reason)
+                messages += [spoken(reply), user(prompt("variants/cp_repair", reason=why))]
+        message = f"The model gave no crease pattern for frame {frame} that can be read ({why}); resume to ask again."
+        raise StepHopeless(message)
+
+    def _write(self, patterns: list[CreasePattern], info: RunInfo) -> None:
+        files = [pattern.fold_file(frame) for frame, pattern in enumerate(patterns, start=1)]
+        self.recorder.folder.write_json("patterns.json", {"sequence": info.sequence, "patterns": files})
+        self.recorder.folder.write_json("crease_pattern.fold", files[-1])
+
+    def _recorded(self, info: RunInfo) -> list[CreasePattern]:
+        file = self.recorder.folder.path / "patterns.json"
+        if not file.exists():
+            return []
+        found = [CreasePattern.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]]
+        return found[: info.frames]

@@ -1,0 +1,140 @@
+"""VLM-S and VLM-S-C: one action plan per step, without tools (paper, section "Ablations").
+
+VLM-S carries the plan out and saves what comes of it. VLM-S-C asks the critic first, gives its words back to the model,
+and lets the selector choose after three plans without a match.
+"""
+
+import json
+from dataclasses import asdict, dataclass
+from typing import cast
+
+from folding_client.critic import Critic, CriticCase, Judgement
+from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
+from folding_client.messages import Message, Picture, system, user
+from folding_client.messages import answered as spoken
+from folding_client.progress import Progress
+from folding_client.record.recorder import Recorder
+from folding_client.scratch import carry_out
+from folding_client.selector import Selector
+from folding_client.server import FoldingServer
+from folding_client.variants.plans import ActionPlan
+from folding_client.verdicts import read_form
+from folding_client.voice import Voice
+from folding_prompts import prompt
+from folding_schemas.results import (
+    ActionClass,
+    AttemptCommitted,
+    AttemptList,
+    CheckpointRestored,
+    CheckpointSaved,
+    CriticGrid,
+    FrameView,
+    RenderView,
+    RunInfo,
+    StateView,
+)
+
+PLANS = 3
+"""Plans for one frame before the selector chooses (VLM-S-C)."""
+READINGS = 2
+"""How often one plan is asked for: once, and once more if it cannot be read or carried out."""
+
+
+@dataclass
+class PlanPerStep:
+    """Works frame by frame. Without a critic and selector it is VLM-S, with them VLM-S-C."""
+
+    voice: Voice
+    server: FoldingServer
+    recorder: Recorder
+    progress: Progress
+    critic: Critic | None = None
+    selector: Selector | None = None
+    examples: tuple[Message, ...] = ()
+    simulates: bool = True
+
+    async def run(self) -> RunInfo:
+        """Plan and save until every frame is saved. StepHopeless if a plan cannot be carried out."""
+        while not (info := await self.server.where()).complete:
+            frame = info.next_frame or info.frames
+            self.recorder.outcome("running", "", len(info.saved), info.frames)
+            self.recorder.event("step_started", frame=frame, saved=info.saved)
+            self.progress.step(frame, info.frames, len(info.saved))
+            await self._step(info, frame)
+        return info
+
+    async def _step(self, info: RunInfo, frame: int) -> None:
+        if info.pending:
+            await self._restore(frame - 1)
+        if frame > 1:
+            messages = await self._opening(info, frame)
+            if self.critic is not None and not await self._criticised(info, frame, messages, self.critic):
+                await self._select(frame)
+                return
+            if self.critic is None:
+                await self._planned(frame, messages)
+        await self.server.ask(CheckpointSaved, "save_checkpoint", frame=frame)
+
+    async def _opening(self, info: RunInfo, frame: int) -> list[Message]:
+        photos = await self._photos(frame)
+        state, _ = await self.server.ask(StateView, "get_current_state")
+        about = system(prompt("variants/plan_system", front=info.front_color, back=info.back_color))
+        step = prompt("variants/plan_step", before=frame - 1, frame=frame, frames=info.frames,
+                      state=state.state.model_dump_json())
+        return [about, *self.examples, user(step, photos)]
+
+    async def _photos(self, frame: int) -> tuple[Picture, ...]:
+        _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)
+        _, after = await self.server.ask(FrameView, "view_frame", frame=frame)
+        return (*before, *after)
+
+    async def _planned(self, frame: int, messages: list[Message]) -> ActionPlan:
+        """A plan that has been carried out; the conversation grows by how it came about. StepHopeless without one."""
+        why = ""
+        for _ in range(READINGS):
+            reply = await self.voice.query(messages)
+            messages.append(spoken(reply))
+            try:
+                plan = read_form(ActionPlan, reply.text)
+                await carry_out(self.server, plan.actions)
+            except (ReplyUnreadable, ToolRefused) as reason:
+                why = str(reason)
+                self.recorder.event("plan_refused", frame=frame, reason=why)
+                messages.append(user(prompt("variants/plan_repair", reason=why)))
+                await self._restore(frame - 1)
+                continue
+            return plan
+        message = f"The model gave no plan for frame {frame} that can be carried out ({why}); resume to ask again."
+        raise StepHopeless(message)
+
+    async def _criticised(self, info: RunInfo, frame: int, messages: list[Message], critic: Critic) -> bool:
+        """Whether a plan within the limit is a match, and the current state its result."""
+        while (used := (await self.server.where()).attempts.get(frame, 0)) < PLANS:
+            plan = await self._planned(frame, messages)
+            judgement = await self._judged(info, frame, plan, critic)
+            if judgement.verdict == "MATCH":
+                return True
+            _, diagram = await self.server.ask(RenderView, "render_current")
+            verdict = json.dumps({**asdict(judgement), "verdict": judgement.verdict or "NO VERDICT"})
+            messages.append(user(prompt("variants/plan_again", frame=frame, verdict=verdict), diagram))
+            self.recorder.event("plan_failed", frame=frame, plan=used + 1)
+            await self._restore(frame - 1)
+        return False
+
+    async def _judged(self, info: RunInfo, frame: int, plan: ActionPlan, critic: Critic) -> Judgement:
+        grid, pictures = await self.server.ask(CriticGrid, "critic_grid", frame=frame)
+        classes = cast("tuple[ActionClass, ...]", plan.classes())
+        judgement = await critic.judge(CriticCase(frame, classes, None, grid.source_state, grid.candidate_state, pictures,
+                                                  (info.front_color, info.back_color)))
+        self.recorder.event("verdict", frame=frame, **asdict(judgement))
+        return judgement
+
+    async def _select(self, frame: int) -> None:
+        assert self.selector is not None, "VLM-S-C has a selector"
+        attempts, diagrams = await self.server.ask(AttemptList, "list_attempts", frame=frame)
+        choice = await self.selector.choose(attempts, diagrams)
+        self.recorder.event("selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason)
+        await self.server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
+
+    async def _restore(self, frame: int) -> None:
+        await self.server.ask(CheckpointRestored, "restore_checkpoint", frame=frame)
