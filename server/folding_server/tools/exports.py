@@ -1,6 +1,6 @@
 """Interchange: the current state as a file."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from folding_schemas.results import Export, ExportFormat
 from mcp.types import CallToolResult
@@ -9,13 +9,34 @@ from pydantic import Field
 from folding_server.tools.answers import answer
 from folding_server.tools.arguments import RunId
 from folding_server.tools.desk import Call, desk_of
-from folding_server.tools.pictures import diagram
+
+if TYPE_CHECKING:
+    from folding_server.frames.pictures import Picture
 
 Format = Annotated[
-    ExportFormat, Field(description="one of fold, crease-pattern, svg, png, obj and program")
+    ExportFormat,
+    Field(description="one of fold, crease-pattern, crease-pattern-svg, svg, png, obj and program"),
 ]
 
 
 def export_state(call: Call, format: Format, run_id: RunId = None) -> Annotated[CallToolResult, Export]:  # noqa: A002
     """Give the current state as a file."""
-    raise NotImplementedError
+    from folding_server.diagram.colors import colors_of  # noqa: PLC0415
+    from folding_server.interchange.export import export  # noqa: PLC0415  (loads shapely)
+
+    desk = desk_of(call)
+    run = desk.run(run_id)
+    colors = colors_of(run.front_color, run.back_color)
+    file = export(desk.paper(run), format, colors, run.current_program())
+    text = file.content if isinstance(file.content, str) else None
+    exported = Export(format=format, media_type=file.media_type, filename=file.filename, text=text)
+    pictures = [] if isinstance(file.content, str) else [_picture(file.content)]
+    return answer(f"{file.filename} ({file.media_type}).", exported, *pictures)
+
+
+def _picture(png: bytes) -> "Picture":
+    """A PNG to send."""
+    from folding_server.frames.pictures import Picture, decode_bytes  # noqa: PLC0415
+
+    height, width = decode_bytes(png, "the export").shape[:2]
+    return Picture(png, "image/png", width, height)

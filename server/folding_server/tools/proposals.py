@@ -1,19 +1,17 @@
 """Vision: what may have happened between two frames, read off the photos."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-from folding_schemas.results import Proposal, Proposals
+from folding_schemas.results import Proposals
 from mcp.types import CallToolResult
 from pydantic import Field
 
+from folding_server.tools import findings
 from folding_server.tools.answers import answer
 from folding_server.tools.arguments import LaterFrame, RunId
 from folding_server.tools.desk import Call, desk_of
 from folding_server.tools.progress import Progress
 from folding_server.tools.standing import check_between, described
-
-if TYPE_CHECKING:
-    from folding_server.vision.solver import Plan
 
 Count = Annotated[int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10")]
 
@@ -34,21 +32,9 @@ def propose_actions(
     with desk.eyesight.on(photos) as eyes:
         progress.step(f"explaining frame {frame}")
         plans = propose(desk.paper(run), eyes, frame, max(count, 2))
-    shown = [_proposal(rank, plan) for rank, plan in enumerate(plans[:count], start=1)]
+    shown = findings.proposals(plans[:count])
     found = Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
     return answer(_in_words(found), found)
-
-
-def _proposal(rank: int, plan: "Plan") -> Proposal:
-    """A plan as hosts see it."""
-    return Proposal(
-        rank=rank,
-        action_class=plan.action_class,
-        actions=list(plan.actions),
-        agreement=round(plan.agreement, 4),
-        score=round(plan.score, 4),
-        explanation=plan.explanation,
-    )
 
 
 def _in_words(found: Proposals) -> str:

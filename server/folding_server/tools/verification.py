@@ -8,6 +8,7 @@ from mcp.types import CallToolResult
 from folding_server.errors import RunError
 from folding_server.simulator import folded_state
 from folding_server.store.views import RunView
+from folding_server.tools import findings
 from folding_server.tools.answers import answer
 from folding_server.tools.arguments import Frame, LaterFrame, RunId
 from folding_server.tools.desk import Call, desk_of
@@ -50,7 +51,6 @@ def _check_grown_from(run: RunView, frame: int) -> None:
 def compare_to_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotated[CallToolResult, Comparison]:
     """Measure how well the current state explains a photo."""
     from folding_server.frames.pictures import encode_for_model  # noqa: PLC0415
-    from folding_server.vision.alignment import SCALES  # noqa: PLC0415
     from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
     from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
 
@@ -63,19 +63,10 @@ def compare_to_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotate
     with desk.eyesight.on(photos) as eyes:
         progress.step(f"comparing with frame {frame}")
         seen = eyes.frame(frame)
-        match = compare(paper, seen, SCALES)
+        match = compare(paper, seen)
         overlay = encode_for_model(draw_overlay(paper, seen, match))
-    dx, dy, turn = match.alignment.shift
-    comparison = Comparison(
-        frame=frame,
-        verdict=match.verdict,
-        agreement=round(match.agreement, 4),
-        iou={name: round(value, 4) for name, value in match.iou.items()},
-        outline_distance=round(match.outline_distance, 4),
-        shift=(round(dx, 4), round(dy, 4), round(turn, 2)),
-        discrepancies=match.words,
-    )
-    return answer(_in_words(comparison), comparison, overlay)
+    found = findings.comparison(frame, match)
+    return answer(_in_words(found), found, overlay)
 
 
 def check_foldability(call: Call, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
@@ -83,7 +74,7 @@ def check_foldability(call: Call, run_id: RunId = None) -> Annotated[CallToolRes
     from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads OR-Tools)
 
     desk = desk_of(call)
-    found = check_paper(desk.paper(desk.run(run_id)))
+    found = findings.foldability(check_paper(desk.paper(desk.run(run_id))))
     return answer(found.reason, found)
 
 
