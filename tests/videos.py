@@ -1,0 +1,166 @@
+"""Synthetic folding videos whose keyframes are known: paper on a table, hands that come and go, any camera."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Rgb = NDArray[np.uint8]
+Shape = tuple[tuple[tuple[float, float], ...], tuple[int, int, int]]
+"""A polygon in parts of the picture (x right, y down) and its colour."""
+State = tuple[Shape, ...]
+
+WHITE, BLUE, SKIN, SLEEVE = (238, 236, 230), (50, 90, 190), (205, 150, 120), (70, 80, 60)
+SQUARE: State = ((((0.3, 0.2), (0.7, 0.2), (0.7, 0.8), (0.3, 0.8)), WHITE),)
+TRIANGLE: State = ((((0.3, 0.2), (0.7, 0.8), (0.3, 0.8)), BLUE),)
+KITE: State = ((((0.3, 0.2), (0.7, 0.8), (0.5, 0.86), (0.3, 0.8)), BLUE), (((0.3, 0.5), (0.45, 0.8), (0.3, 0.8)), WHITE))
+HOUSE: State = ((((0.3, 0.5), (0.5, 0.3), (0.7, 0.5), (0.7, 0.8), (0.3, 0.8)), BLUE),)
+TAB: State = (*HOUSE, (((0.62, 0.72), (0.7, 0.72), (0.7, 0.8)), WHITE))
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The paper lies still with no hand near."""
+
+    state: State
+    seconds: float = 1.0
+
+
+@dataclass(frozen=True)
+class Hold:
+    """The paper lies still under a resting hand."""
+
+    state: State
+    at: tuple[float, float] = (0.75, 0.7)
+    seconds: float = 1.0
+
+
+@dataclass(frozen=True)
+class Work:
+    """A hand comes in, changes the paper and goes out again."""
+
+    before: State
+    after: State
+    seconds: float = 1.6
+
+
+Shot = Rest | Hold | Work
+
+
+@dataclass(frozen=True)
+class Camera:
+    """How a clip is taken: pictures a second (or steps that repeat, in milliseconds), size, grain, flicker."""
+
+    rate: int = 30
+    steps: tuple[int, ...] = ()
+    width: int = 320
+    height: int = 240
+    grain: float = 2.0
+    flicker: float = 0.02
+    turned: int = 0
+    codec: str = "libx264"
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A written video and, for each shot, the indices of its images."""
+
+    path: Path
+    shots: tuple[range, ...]
+
+
+def write_clip(path: Path, shots: Sequence[Shot], camera: Camera = Camera(), seed: int = 0) -> Clip:
+    """Film `shots` one after the other."""
+    random = np.random.default_rng(seed)
+    table = _table(camera, random)
+    ends = np.cumsum([shot.seconds for shot in shots])
+    times = list(_times(camera, float(ends[-1])))
+    places = np.searchsorted(ends, times, side="right")
+    frames = (_frame(shots, ends, int(place), time, table, camera, random) for place, time in zip(places, times, strict=True))
+    encode(path, frames, times, camera)
+    bounds = [np.flatnonzero(places == number) for number in range(len(shots))]
+    return Clip(path, tuple(range(int(at[0]), int(at[-1]) + 1) for at in bounds))
+
+
+def encode(path: Path, frames: Iterator[Rgb], times: Sequence[float], camera: Camera = Camera()) -> None:
+    """Write `frames` shown at `times` (seconds) as a video."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(camera.codec, rate=camera.rate)
+        stream.pix_fmt = "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 1000)
+        stream.codec_context.gop_size = 25
+        if camera.turned:
+            stream.set_display_rotation(camera.turned)
+        for frame, time in zip(frames, times, strict=True):
+            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), "rgb24")
+            if not stream.codec_context.is_open:
+                stream.width, stream.height = picture.width, picture.height
+            picture.pts, picture.time_base = round(time * 1000), Fraction(1, 1000)
+            container.mux(stream.encode(picture))
+        container.mux(stream.encode())
+
+
+def _times(camera: Camera, end: float) -> Iterator[float]:
+    time, count = 0.0, 0
+    while time < end:
+        yield time
+        time += camera.steps[count % len(camera.steps)] / 1000 if camera.steps else 1 / camera.rate
+        count += 1
+
+
+def _table(camera: Camera, random: np.random.Generator) -> NDArray[np.float32]:
+    """A grainy table lit from one side."""
+    wood = cv2.resize(random.normal(0, 6, (12, 16)).astype(np.float32), (camera.width, camera.height))
+    light = np.linspace(95, 135, camera.width, dtype=np.float32)[None, :]
+    return np.repeat((wood + light)[..., None], 3, axis=2)
+
+
+def _frame(
+    shots: Sequence[Shot],
+    ends: NDArray[np.float64],
+    place: int,
+    time: float,
+    table: NDArray[np.float32],
+    camera: Camera,
+    random: np.random.Generator,
+) -> Rgb:
+    shot = shots[place]
+    part = 1 - (ends[place] - time) / shot.seconds
+    picture = table.copy()
+    state, hand = _what(shot, float(part))
+    for polygon, color in state:
+        corners = np.array([(x * camera.width * 16, y * camera.height * 16) for x, y in polygon])
+        cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], color, cv2.LINE_AA, 4)
+    if hand is not None:
+        _draw_hand(picture, hand)
+    picture *= 1 + camera.flicker * np.sin(time * 17)
+    picture += random.normal(0, camera.grain, picture.shape)
+    turned = np.rot90(np.clip(picture, 0, 255).astype(np.uint8), -camera.turned // 90)
+    return turned
+
+
+def _what(shot: Shot, part: float) -> tuple[State, tuple[float, float] | None]:
+    """The paper and the hand's place when `part` of the shot is over."""
+    if isinstance(shot, Rest):
+        return shot.state, None
+    if isinstance(shot, Hold):
+        return shot.state, shot.at
+    reach = min(1.0, 3 * min(part, 1 - part))
+    sway = 0.06 * np.sin(20 * part)
+    hand = (1.25 - 0.65 * reach, 0.75 - 0.2 * reach + sway)
+    return (shot.before if part < 0.5 else shot.after), hand
+
+
+def _draw_hand(picture: NDArray[np.float32], at: tuple[float, float]) -> None:
+    """A palm with an arm that reaches over the right border."""
+    height, width = picture.shape[:2]
+    palm = (int(at[0] * width), int(at[1] * height))
+    wrist = (palm[0] + width // 8, palm[1] + height // 16)
+    cv2.line(picture, palm, wrist, SKIN, height // 8, cv2.LINE_AA)
+    cv2.line(picture, wrist, (width + width // 4, palm[1] + height // 4), SLEEVE, height // 6, cv2.LINE_AA)
+    cv2.ellipse(picture, palm, (width // 11, height // 9), 20, 0, 360, SKIN, -1, cv2.LINE_AA)
