@@ -1,1 +1,6 @@
 """Solving for the actions behind a photo, by analysis and synthesis."""
+
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.propose import clearly_best, propose
+
+__all__ = ["Plan", "clearly_best", "propose"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import cos, exp, radians, sin
+from math import cos, exp, hypot, radians, sin
 
 import numpy as np
 
@@ -34,11 +34,24 @@ class Freedom:
     halvings: int = 3
 
 
+SCALES = (0.85, 1.18)
+"""How much smaller or larger than in frame 1 the sheet may look: a hand-held camera moves a little."""
+
+
+def scale_of(motion: Isometry) -> float:
+    """The scale of a similarity."""
+    return hypot(motion.a, motion.b)
+
+
 def nudged(motion: Isometry, pivot: Point, nudge: Vector) -> Isometry:
-    """A motion followed by a shift (dx, dy), a clockwise turn in degrees and a scaling (log) about a moved pivot."""
+    """A motion followed by a shift (dx, dy), a clockwise turn in degrees and a scaling (log) about a moved pivot.
+
+    The scale of the whole stays within SCALES, however large the nudge.
+    """
     dx, dy, degrees, log_scale = nudge
     x, y = motion(pivot)
-    s = exp(log_scale)
+    now = scale_of(motion)
+    s = min(max(now * exp(log_scale), SCALES[0]), SCALES[1]) / now
     c, n = s * cos(radians(degrees)), s * sin(radians(degrees))
     return Isometry(c, n, -n, c, x + dx - c * x - n * y, y + dy + n * x - c * y).after(motion)
 

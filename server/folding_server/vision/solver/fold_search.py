@@ -53,16 +53,19 @@ class FoldFound:
 class FoldSearch:
     """The search for one transition: a paper, the photo after it coarse and fine, and what changed."""
 
-    def __init__(self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort) -> None:
+    def __init__(
+        self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort, *, scale: bool
+    ) -> None:
+        self.scale = scale
         self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
         self.leaves = Leaves(paper)
         self.landmarks = both_ways(landmark_lines(paper))
 
-    def run(self, scale: bool) -> list[FoldFound]:
+    def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
         rough = self._rough()
-        refined = sorted((self._refined(f, self.coarse, scale, 3) for f in rough), key=lambda f: -f.agreement)
-        polished = [self._refined(f, self.fine, scale, 3) for f in _different(refined)[: self.effort.polished]]
+        refined = sorted((self._refined(f, self.coarse, 3) for f in rough), key=lambda f: -f.agreement)
+        polished = [self._refined(f, self.fine, 3) for f in _different(refined)[: self.effort.polished]]
         snapped = [s for f in _different(sorted(polished, key=lambda f: -f.agreement)) for s in self._snapped(f)]
         return sorted(snapped, key=lambda f: -f.agreement)
 
@@ -87,7 +90,7 @@ class FoldSearch:
             kept.append(passed[::step])
         return np.concatenate(kept)
 
-    def _refined(self, found: FoldFound, scene: Scene, scale: bool, halvings: int) -> FoldFound:
+    def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:
         """Both ends of the crease and the sheet's drift, climbed together."""
         handles = self._handles(found.moving)
         pivot = _middle(*handles)
@@ -102,7 +105,7 @@ class FoldSearch:
             return scene.agreement_of(drawn(x)) - 0.02 * abs(x[5])
 
         step = 2.0 / scene.grid.pixels_per_unit
-        steps = (step, step, step / 2, step / 2, 1.5, 0.02 if scale else 0.0)
+        steps = (step, step, step / 2, step / 2, 1.5, 0.02 if self.scale else 0.0)
         x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
         x, best = polished(drawn, scene, x, best, (step / 2, step / 2, step / 2, step / 2, 50 * step, steps[5] and step))
         moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
@@ -164,13 +167,13 @@ class FoldSearch:
             return self.leaves.moving_from(turned, moving.seed) or moving
 
         def drawn(x: Vector) -> Labels:
-            return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, (*x[1:], 0.0)))
+            return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, x[1:]))
 
         step = 1.0 / self.fine.grid.pixels_per_unit
-        origin = (0.0,) * 4
+        origin = (0.0,) * 5
         best = self.fine.agreement_of(drawn(origin))
-        x, best = polished(drawn, self.fine, origin, best, (step if pinned else 0.0, step, step, 100 * step))
-        return FoldFound(folded(x[0]), nudged(start, pivot, (*x[1:], 0.0)), best)
+        x, best = polished(drawn, self.fine, origin, best, (step if pinned else 0.0, step, step, 100 * step, 2 * step if self.scale else 0.0))
+        return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 
     def _vertex_lines(self, found: FoldFound) -> Iterator[tuple[Line, Point]]:
         """Lines near the found one through one existing vertex, to be turned about it."""

@@ -15,6 +15,10 @@ NOTHING_HAPPENED = 0.006
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
 
 
+ZOOM_COST, FREE_ZOOM = 0.1, 0.01
+"""A change of scale between two photos costs this much per unit of its logarithm, beyond the free part."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """Primitives to apply in order, the paper they lead to, and the motion under which it explains the photo.
@@ -28,13 +32,13 @@ class Plan:
     motion: Isometry
     agreement: float
     explanation: str
+    zoom: float = 0.0
 
     @property
     def score(self) -> float:
-        """Agreement less the cost of the actions."""
-        if not self.actions:
-            return self.agreement - NOTHING_HAPPENED
-        return self.agreement - sum(COST[a.action] for a in self.actions)
+        """Agreement less the cost of the actions and of the camera's coming nearer (``zoom``, a logarithm)."""
+        cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
+        return self.agreement - cost - ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

@@ -1,14 +1,16 @@
 """Explaining one transition: every class of action tried, the best refined, compound plans if no single one will do."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import log
 
 from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry
-from folding_server.vision.solver.alignment import Freedom, align
+from folding_server.vision.solver.alignment import Freedom, align, scale_of
+from folding_server.vision.solver.drift import drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.lines import evidence
 from folding_server.vision.solver.plan import Plan, best_first
@@ -45,7 +47,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     plans += turned_plans(paper, views.coarse, (), last)
     plans += flip_plans(paper, views.coarse, last)
     plans += unfold_plans(paper, views.coarse, motions)
-    plans = [_settled(plan, views) for plan in best_first(plans)[:8]]
+    plans = [_settled(plan, views, last) for plan in best_first(plans)[:8]]
     if max(p.agreement for p in plans if p.actions or True) < EXPLAINED or not _clearly(plans):
         plans += fold_plans(paper, motions, views, effort)
     return best_first(plans)
@@ -57,11 +59,9 @@ def _clearly(plans: Sequence[Plan]) -> bool:
 
 
 def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
-    """Motions under which what has not moved may be found: the last, and the best small drift from it."""
+    """Motions under which what has not moved may be found: the last, and those with the most edges in common."""
     stack = stack_of(paper)
-    freedom = Freedom(shift=0.02, turn=2.0, scale=0.03 if views.scale else 0.0, halvings=3)
-    drifted = align(stack, views.coarse, last, freedom).motion
-    return [last, drifted]
+    return [last, *drifts(stack, views.coarse, last)]
 
 
 def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
@@ -71,11 +71,12 @@ def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
     return Plan((), "none", paper, settled.motion, settled.agreement, "nothing changed")
 
 
-def _settled(plan: Plan, views: Views) -> Plan:
+def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
     """A plan with its motion and agreement measured on the fine view."""
     freedom = Freedom(shift=0.01, turn=1.0, scale=0.01 if views.scale else 0.0, halvings=3)
     settled = align(stack_of(plan.paper), views.fine, plan.motion, freedom)
-    return Plan(plan.actions, plan.action_class, plan.paper, settled.motion, settled.agreement, plan.explanation)
+    zoom = log(scale_of(settled.motion) / scale_of(last))
+    return replace(plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom)
 
 
 def fold_plans(
@@ -84,10 +85,10 @@ def fold_plans(
     """Single folds that explain the photo, as actions."""
     drawn = stack_of(paper)
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    search = FoldSearch(paper, views.coarse, views.fine, changed, effort)
-    for found in search.run(views.scale):
+    search = FoldSearch(paper, views.coarse, views.fine, changed, effort, scale=views.scale)
+    for found in search.run():
         for plan in _realised(paper, found, before):
-            yield _settled(plan, views)
+            yield _settled(plan, views, motions[0])
 
 
 def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> list[Plan]:

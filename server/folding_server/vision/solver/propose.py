@@ -1,0 +1,80 @@
+"""Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
+
+from math import ceil, floor
+
+import numpy as np
+
+from folding_server.simulator.paper import Paper
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import is_paper
+from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.scene import Scene
+from folding_server.vision.solver.transition import Views, explain, locate
+
+COARSE, FINE = 64.0, 160.0
+"""Pixels per sheet unit for searching and for refining."""
+MARGIN = 0.2
+"""How far around the paper to look, in sheet units."""
+CLEAR = 0.004
+"""How much better than every plan to another state the best one must score to be called clearly best."""
+
+
+def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan, ...]:
+    """At most ``count`` plans, best first, that lead from ``paper`` (the state at the frame before) to a frame.
+
+    Raises PhotoError if there is no such frame. Deterministic.
+    """
+    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
+    scene = Scene(before.grid, before.labels, before.two_coloured)
+    last = locate(paper, scene, scale=True)
+    views = Views(_scene(after, before), _scene(eyes.frame(frame, FINE), before), scale=True)
+    return tuple(_distinct(explain(paper, last, views))[:count])
+
+
+def clearly_best(plans: tuple[Plan, ...]) -> bool:
+    """Whether the first plan explains the photo and stands clear of all others."""
+    return bool(plans) and (len(plans) == 1 or plans[0].score - plans[1].score > CLEAR)
+
+
+def _scene(seen: SeenFrame, before: SeenFrame) -> Scene:
+    """The part of a photo around its paper and that of the photo before."""
+    rows, cols = np.nonzero(is_paper(before.labels))
+    other_rows, other_cols = np.nonzero(is_paper(seen.labels))
+    corners = [before.grid.to_plane([(c.min(), r.min()), (c.max(), r.max())]) for r, c in ((rows, cols),) if len(r)]
+    corners += [seen.grid.to_plane([(c.min(), r.min()), (c.max(), r.max())]) for r, c in ((other_rows, other_cols),) if len(r)]
+    if not corners:
+        return Scene(seen.grid, seen.labels, seen.two_coloured)
+    points = np.concatenate(corners)
+    return _cropped(seen, points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
+
+
+def _cropped(seen: SeenFrame, low: "np.ndarray[tuple[int], np.dtype[np.float64]]", high: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Scene:
+    """A window of a seen frame, given its lower left and upper right in the plane."""
+    grid, s = seen.grid, seen.grid.pixels_per_unit
+    left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
+    upper, lower = max(0, floor((grid.top - high[1]) * s)), min(grid.rows, ceil((grid.top - low[1]) * s))
+    window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
+    return Scene(window, np.ascontiguousarray(seen.labels[upper:lower, left:right]), seen.two_coloured)
+
+
+def _distinct(plans: list[Plan]) -> list[Plan]:
+    """Plans without those that lead to the same folded shape as a better one."""
+    kept: list[Plan] = []
+    seen: set[frozenset[tuple[object, ...]]] = set()
+    for plan in plans:
+        key = _shape(plan.paper)
+        if key not in seen:
+            seen.add(key)
+            kept.append(plan)
+    return kept
+
+
+def _shape(paper: Paper) -> frozenset[tuple[object, ...]]:
+    """What is folded how, whatever the vertices are called: each face's middle on the sheet, its motion and rank."""
+    rows = []
+    for rank, face in enumerate(paper.order):
+        outline = paper.sheet_polygon(face)
+        middle = tuple(round(sum(p[i] for p in outline) / len(outline), 2) for i in (0, 1))
+        rows.append((rank, middle, tuple(round(x, 2) + 0.0 for x in paper.isometries[face])))
+    return frozenset(rows)
