@@ -4,37 +4,55 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from folding_schemas.actions import Program
 from folding_server.photographer.camera import Camera
 from folding_server.photographer.scene import Drift
 from folding_server.simulator import Paper
+from folding_server.simulator.plane_geometry import Point
 
 BORDER = 0.05
 """Part of the picture's shorter side that stays free all round."""
 
 
-def middle(papers: Sequence[Paper]) -> tuple[float, float]:
-    """Centre of the box around the paper in all keyframes, in folded coordinates."""
-    points = np.array([p for paper in papers for p in paper.positions.values()])
+def pivots(program: Program) -> list[Point]:
+    """The folded place of the sheet's middle spot on the table at each keyframe.
+
+    People turn a model over where it lies, so the spot follows the flips; only "y=-x" moves it, by a sheet's side.
+    """
+    spots = [(0.5, 0.5)]
+    for step in program.steps:
+        x, y = spots[-1]
+        if sum(action.action == "flip" and action.axis == "y=-x" for action in step) % 2:
+            x, y = -y, -x
+        spots.append((x, y))
+    return spots
+
+
+def middle(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:
+    """Centre of the box around the paper in all keyframes, relative to their pivots."""
+    points = np.vstack(
+        [np.array(list(paper.positions.values())) - spot for paper, spot in zip(papers, spots, strict=True)]
+    )
     x, y = (points.min(0) + points.max(0)) / 2
     return float(x), float(y)
 
 
 def fitting_fraction(
     camera_at: Callable[[float], Camera], papers: Sequence[Paper], drifts: Sequence[Drift],
-    center: tuple[float, float], size: tuple[int, int], wanted: float,
+    centers: Sequence[Point], size: tuple[int, int], wanted: float,
 ) -> float:
     """The sheet's side as a part of the picture's shorter side: as wanted, or smaller until every keyframe fits."""
     fraction = wanted
-    while not _fits(camera_at(fraction), papers, drifts, center, size):
+    while not _fits(camera_at(fraction), papers, drifts, centers, size):
         fraction *= 0.97
     return fraction
 
 
 def _fits(
-    camera: Camera, papers: Sequence[Paper], drifts: Sequence[Drift], center: tuple[float, float], size: tuple[int, int]
+    camera: Camera, papers: Sequence[Paper], drifts: Sequence[Drift], centers: Sequence[Point], size: tuple[int, int]
 ) -> bool:
     free = BORDER * min(size)
-    for paper, drift in zip(papers, drifts, strict=True):
+    for paper, drift, center in zip(papers, drifts, centers, strict=True):
         motion = drift.folded_to_table(center)
         flat = np.array(list(paper.positions.values())) @ motion[:, :2].T + motion[:, 2]
         pixels = camera.project(np.column_stack([flat, np.zeros(len(flat))]))

@@ -19,8 +19,10 @@ from folding_server.errors import PhotoError
 from folding_server.photographer.camera import Camera
 from folding_server.photographer.chance import stream
 from folding_server.photographer.colors import Floats, near_color
-from folding_server.photographer.framing import fitting_fraction, middle
+from folding_server.photographer.framing import fitting_fraction, middle, pivots
 from folding_server.photographer.geometry import Placement, place
+from folding_server.photographer.hands import Reach, cover_with, reaching_hand
+from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import Level, level_named
 from folding_server.photographer.lighting import frame_lamp, lamp_light
 from folding_server.photographer.replaying import keyframe_papers
@@ -31,6 +33,7 @@ from folding_server.photographer.stacking import Shading, paint_stack, throw_dir
 from folding_server.photographer.table import seen_table, table_texture
 from folding_server.photographer.truth import NOTE, frame_truth, scene_truth
 from folding_server.simulator import Paper
+from folding_server.simulator.plane_geometry import Point
 
 SIZES = (64, 4096)
 """Least and greatest width and height of a picture in pixels."""
@@ -56,7 +59,7 @@ class Session:
     scene: Scene
     papers: tuple[Paper, ...]
     drifts: tuple[Drift, ...]
-    center: tuple[float, float]
+    centers: tuple[Point, ...]
     sheet_fraction: float
     sheet: SheetTexture
     table: Floats
@@ -67,7 +70,7 @@ class Session:
 
     def placement(self, index: int) -> Placement:
         """The paper on the table at a keyframe, counted from 0."""
-        motion = self.drifts[index].folded_to_table(self.center)
+        motion = self.drifts[index].folded_to_table(self.centers[index])
         return place(self.papers[index], self.camera(index), motion)
 
 
@@ -81,7 +84,9 @@ def photograph(
     are used where it states them. Raises PhotoError for a level, size, colour or folder that cannot be used, and
     ProgramError for a program that cannot be folded.
     """
-    session = _prepare(program, seed, level_named(level), _checked_size(size))
+    ranges = level_named(level)
+    program = imprecise(program, _checked_seed(seed), ranges)
+    session = _prepare(program, seed, ranges, _checked_size(size))
     frames = _cleared(folder)
     truths = []
     for index in range(len(session.papers)):
@@ -102,41 +107,52 @@ def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
     return size
 
 
-def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -> Session:
-    """Draw the scene, fold the program and frame it."""
+def _checked_seed(seed: int) -> int:
     if seed < 0:
         raise PhotoError(f"The seed {seed} is negative; give a whole number from 0.")
+    return seed
+
+
+def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -> Session:
+    """Draw the scene, fold the program and frame it."""
     papers = tuple(keyframe_papers(program))
     scene = compose(seed, level, program.front_color, program.back_color)
     walk = tuple(drifts(seed, level, len(papers)))
-    center = middle(papers)
-    still = frame_camera
+    spots = pivots(program)
+    x, y = middle(papers, spots)
+    centers = tuple((x + px, y + py) for px, py in spots)
     fraction = fitting_fraction(
-        lambda f: still(scene, level, size, f, seed, 0), papers, walk, center, size,
+        lambda f: frame_camera(scene, level, size, f, seed, 0), papers, walk, centers, size,
         wanted=float(stream(seed, "framing").uniform(0.46, 0.56)),
     )
     sheet, table = blank_sheet(scene, seed, program.sheet), table_texture(scene, seed)
-    return Session(seed, level, size, scene, papers, walk, center, fraction, sheet, table)
+    return Session(seed, level, size, scene, papers, walk, centers, fraction, sheet, table)
 
 
-def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], dict[str, Any] | None]:
-    """One picture (height, width, 3) RGB, and what is known of a hand in it."""
+def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], Reach | None]:
+    """One picture (height, width, 3) RGB, and the hand in it."""
     scene, seed = session.scene, session.seed
     placement = session.placement(index)
     lamp = frame_lamp(scene, session.level, seed, index)
-    tones = stream(seed, "tones", index).normal(1, 0.012, len(placement.paper.faces))
+    tones = stream(seed, "tones", index).normal(1, 0.018, len(placement.paper.faces))
     unit = session.sheet_fraction * min(session.size)
-    albedo, light, _ = paint_stack(
+    towards = throw_direction(lamp.azimuth, scene.roll)
+    albedo, light, coverage = paint_stack(
         seen_table(session.table, placement.camera, session.size), placement,
-        creased(session.sheet, placement.paper), Shading(throw_direction(lamp.azimuth, scene.roll), 0.45), unit,
+        creased(session.sheet, placement.paper), Shading(towards, scene.shadow), unit,
         dict(zip(sorted(placement.paper.faces), tones.tolist(), strict=True)),
     )
-    lit = albedo * light[..., None] * lamp_light(scene, lamp, session.size)
-    return expose(lit, scene, seed, index), None
+    lit = albedo * light[..., None]
+    reach = reaching_hand(seed, session.level, index, coverage, unit)
+    if reach is not None:
+        cover = cover_with(reach, coverage.shape, towards, seed, index)
+        opacity = cover.opacity[..., None]
+        lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
+    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, index), reach
 
 
 def _truth(
-    session: Session, program: Program, index: int, image: str, hand: dict[str, Any] | None
+    session: Session, program: Program, index: int, image: str, hand: Reach | None
 ) -> dict[str, Any]:
     step = program.steps[index - 1] if index else ()
     before = session.papers[max(index - 1, 0)]

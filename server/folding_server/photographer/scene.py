@@ -33,6 +33,7 @@ class Scene:
     lens: float
     lamp_azimuth: float
     lamp_fall: float
+    shadow: float
     warmth: tuple[float, float, float]
     vignette: float
     blur: float
@@ -66,6 +67,7 @@ def compose(seed: int, level: Level, front: str | None, back: str | None) -> Sce
         table=table, table_color=_table_color(rng, level, table, stock),
         tilt=rng.uniform(*level.tilt), azimuth=rng.uniform(-180, 180), roll=rng.normal(0, 1.5),
         lens=rng.uniform(1.25, 1.7), lamp_azimuth=rng.uniform(-180, 180), lamp_fall=rng.uniform(*level.lamp),
+        shadow=rng.uniform(0.5, 0.7),
         warmth=_warmth(rng, level.warmth), vignette=rng.uniform(*level.vignette), blur=rng.uniform(*level.blur),
         noise=rng.uniform(*level.noise),
     )

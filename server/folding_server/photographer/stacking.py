@@ -154,8 +154,8 @@ def _rim(canvas: Canvas, placement: Placement, face: int, outline: Matrix, box: 
         letter = placement.paper.letter((min(cycle[i - 1], v), max(cycle[i - 1], v)))
         if letter != "F":
             mask = np.zeros(light.shape, np.uint8)
-            cv2.line(mask, points[i - 1].tolist(), points[i].tolist(), 255, 1, cv2.LINE_8, _SHIFT)
-            light[mask > 0] = 0.9 if letter == "B" else 0.95
+            cv2.line(mask, points[i - 1].tolist(), points[i].tolist(), 255, 2, cv2.LINE_8, _SHIFT)
+            light[mask > 0] = 0.84 if letter == "B" else 0.9
 
 
 def _cast(

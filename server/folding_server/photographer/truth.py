@@ -7,6 +7,7 @@ import numpy as np
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.geometry import Placement
+from folding_server.photographer.hands import Reach
 from folding_server.photographer.scene import Drift, Scene
 from folding_schemas.actions import Action
 from folding_server.simulator import Paper
@@ -20,7 +21,7 @@ NOTE = (
 
 def frame_truth(
     frame: int, image: str, step: tuple[Action, ...], before: Paper, placement: Placement, drift: Drift,
-    hand: dict[str, Any] | None,
+    hand: Reach | None,
 ) -> dict[str, Any]:
     """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from."""
     paper = placement.paper
@@ -32,7 +33,7 @@ def frame_truth(
         "camera": _camera(placement),
         "vertex_pixels": {str(v): _rounded(placement.pixels[v], 2) for v in sorted(placement.pixels)},
         "drift": {"rotation_deg": round(drift.rotation, 4), "shift": _rounded(drift.shift, 6)},
-        "hand": hand,
+        "hand": hand and _hand(hand),
     }
 
 
@@ -51,6 +52,11 @@ def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
     if edge is not None:
         plain["at"] = [_rounded(before.places.get(v) or after.places[v], 6) for v in edge]
     return plain
+
+
+def _hand(reach: Reach) -> dict[str, Any]:
+    """What is known of a hand; ``cover`` is the part of the paper that it hides."""
+    return {"pose": reach.hand.pose, "side": reach.side, "left": reach.hand.left, "cover": round(reach.cover, 4)}
 
 
 def _state(paper: Paper) -> dict[str, Any]:
