@@ -1,13 +1,11 @@
 """Diagrams as pictures: colours, lines, scale, labels, strips."""
 
 import io
-import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
-from folding_schemas.actions import Program
 from folding_server.diagram import Colors, Panel, draw_panels_svg, draw_program_strip, draw_svg, rasterise
 from folding_server.diagram.colors import contrast, hex_color, palette
 from folding_server.diagram.labels import place_labels
@@ -15,27 +13,8 @@ from folding_server.diagram.view import MARGIN, steady_view
 from folding_server.diagram.visibility import visible_faces
 from folding_server.errors import ProgramError
 from folding_server.simulator import Paper, apply, fold, new_paper, rotate, unfold
-from paths import SHARED
+from papers import CAT, FIGURES, RABBIT, figure, states
 from PIL import Image
-
-FIGURES = sorted((SHARED / "programs").glob("figure_*.json"))
-
-
-def figure(path: Path) -> Program:
-    """A program as printed in a figure."""
-    data = json.loads(path.read_text(encoding="utf-8"))
-    return Program(name=data["name"], steps=data["steps"])
-
-
-def states(program: Program) -> list[Paper]:
-    """The flat sheet and the state after each step."""
-    papers = [new_paper(program.sheet)]
-    for step in program.steps:
-        paper = papers[-1]
-        for action in step:
-            paper = apply(paper, action)
-        papers.append(paper)
-    return papers
 
 
 def pixels(svg: str) -> np.ndarray:
@@ -68,7 +47,7 @@ def test_marks_are_dashed_and_folds_are_solid() -> None:
 
 
 def test_a_mark_along_a_solid_line_is_not_drawn() -> None:
-    rabbit = states(figure(SHARED / "programs" / "figure_b_rabbit_14_frames.json"))[-1]
+    rabbit = states(figure(RABBIT))[-1]
     assert not strokes(draw_svg(rabbit), "mark")
 
 
@@ -117,7 +96,7 @@ def test_labels_name_every_vertex_once_and_never_overlap(path: Path) -> None:
 
 
 def test_coincident_vertices_share_a_label_and_covered_ones_are_grey() -> None:
-    cat = states(figure(SHARED / "programs" / "figure_d_cat_9_frames.json"))[-1]
+    cat = states(figure(CAT))[-1]
     placed = place_labels(cat, visible_faces(cat), [], steady_view([cat], 768))
     assert [label.ids for label in placed if not label.visible] == [(1, 3)]
     assert (12, 14) in [label.ids for label in placed]
@@ -126,7 +105,7 @@ def test_coincident_vertices_share_a_label_and_covered_ones_are_grey() -> None:
 
 
 def test_a_strip_shows_every_state_with_its_actions() -> None:
-    program = figure(SHARED / "programs" / "figure_d_cat_9_frames.json")
+    program = figure(CAT)
     svg = draw_program_strip(program, columns=5)
     texts = [e.text for e in ET.fromstring(svg).iter() if e.tag.endswith("text")]
     assert "rotate 45°" in texts
@@ -147,7 +126,9 @@ def test_an_unknown_colour_is_named_in_one_sentence(color: str) -> None:
     assert repr(color) in str(refused.value)
 
 
-@pytest.mark.parametrize("color", ["white", "black", "red", "light blue", "#000000", "#777777", "navy", "DarkGreen"])
+@pytest.mark.parametrize(
+    "color", ["white", "black", "red", "light blue", "#000000", "#777777", "navy", "DarkGreen"]
+)
 def test_ink_can_be_read_on_either_side(color: str) -> None:
     inks = palette(Colors(color, color))
     assert contrast(inks.front_ink, inks.front) >= 3

@@ -6,37 +6,16 @@ import random
 import pytest
 import shapely
 from folding_server.diagram.visibility import SLIVER, visible_faces, visible_spans
-from folding_server.errors import FoldingError
-from folding_server.simulator import Paper, add_vertex, flip, fold, new_paper, rotate, unfold
+from folding_server.simulator import Paper, add_vertex, fold, new_paper, unfold
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from papers import random_paper
 
 
 def half_folded() -> Paper:
     """The square with its upper half folded down over the lower one."""
     paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.5), (3, 2), 0.5)
     return fold(paper, (5, 6), 1)
-
-
-def random_paper(seed: int, folds: int) -> Paper:
-    """A paper after random folds, some opened again, some with a flip or a turn between them."""
-    chance = random.Random(seed)
-    paper = new_paper()
-    for _ in range(folds):
-        try:
-            cut = paper
-            for _ in range(2):
-                boundary = [edge for edge, beside in cut.edge_faces.items() if len(beside) == 1]
-                cut = add_vertex(cut, chance.choice(boundary), chance.uniform(0.15, 0.85))
-            folded = fold(cut, (max(cut.places) - 1, max(cut.places)), chance.choice((1, -1)))
-            paper = unfold(folded) if chance.random() < 0.3 else folded
-        except FoldingError:
-            continue
-        if chance.random() < 0.3:
-            paper = flip(paper, "x")
-        if chance.random() < 0.3:
-            paper = rotate(paper, chance.uniform(0, 360))
-    return paper
 
 
 def test_a_flat_sheet_is_wholly_visible() -> None:
@@ -99,7 +78,9 @@ def test_the_face_shown_at_a_point_is_the_topmost_there(seed: int, folds: int, w
     paper = random_paper(seed, folds)
     chance = random.Random(where)
     shapes = {face: shapely.Polygon(paper.polygon(face)) for face in paper.faces}
-    seen = {f.face: shapely.MultiPolygon([(part[0], part[1:]) for part in f.parts]) for f in visible_faces(paper)}
+    seen = {
+        f.face: shapely.MultiPolygon([(part[0], part[1:]) for part in f.parts]) for f in visible_faces(paper)
+    }
     left, bottom, right, top = shapely.union_all(list(shapes.values())).bounds
     for _ in range(20):
         point = shapely.Point(chance.uniform(left, right), chance.uniform(bottom, top))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from folding_schemas.actions import Action, Program
+
 from folding_server.diagram import Colors, draw_svg, rasterise
 from folding_server.diagram.colors import colors_of
 from folding_server.diagram.strip import describe_action
@@ -45,7 +46,9 @@ def run_steps(program: Program) -> Iterator[StepResult]:
             try:
                 paper = apply(paper, action)
             except ActionRefused as refused:
-                raise ProgramError(f"Step {number}, action {i} ({describe_action(action)}): {refused}") from refused
+                raise ProgramError(
+                    f"Step {number}, action {i} ({describe_action(action)}): {refused}"
+                ) from refused
         yield StepResult(number, step, paper, moved_faces(before, paper))
 
 
@@ -82,7 +85,9 @@ def write_steps(results: Iterable[StepResult], folder: Path, colors: Colors) -> 
     for result in results:
         stem = folder / f"step_{result.step:03d}"
         svg = draw_svg(result.paper, colors)
-        stem.with_suffix(".json").write_text(folded_state(result.paper).model_dump_json(indent=1), encoding="utf-8")
+        stem.with_suffix(".json").write_text(
+            folded_state(result.paper).model_dump_json(indent=1), encoding="utf-8"
+        )
         stem.with_suffix(".svg").write_text(svg, encoding="utf-8")
         stem.with_suffix(".png").write_bytes(rasterise(svg))
         yield result
@@ -91,7 +96,7 @@ def write_steps(results: Iterable[StepResult], folder: Path, colors: Colors) -> 
 def simulate(
     program: Program,
     folder: Path | None = None,
-    say: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] | None = None,
     colors: Colors | None = None,
 ) -> Paper:
     """Run a program and return the final paper, saying one line a step.
@@ -106,7 +111,7 @@ def simulate(
     paper = new_paper(program.sheet)
     for result in results:
         paper = result.paper
-        if result.step:
+        if result.step and say:
             say(result.line)
     return paper
 
@@ -116,4 +121,6 @@ def _writable(results: Iterable[StepResult], folder: Path) -> Iterator[StepResul
     try:
         yield from results
     except OSError as error:
-        raise FoldingError(f"The steps cannot be written to {folder}: {error.strerror}; give another folder.") from error
+        raise FoldingError(
+            f"The steps cannot be written to {folder}: {error.strerror}; give another folder."
+        ) from error

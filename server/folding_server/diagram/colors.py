@@ -108,6 +108,8 @@ def _table_behind(front: str, back: str) -> str:
     """The first grey clearly apart from both sides, or else the one furthest from the nearer side."""
 
     def nearest(grey: str) -> float:
-        return min(sum(abs(a - b) for a, b in zip(_channels(grey), _channels(c), strict=True)) for c in (front, back))
+        return min(
+            sum(abs(a - b) for a, b in zip(_channels(grey), _channels(c), strict=True)) for c in (front, back)
+        )
 
     return next((grey for grey in TABLE_GREYS if nearest(grey) >= 75), max(TABLE_GREYS, key=nearest))

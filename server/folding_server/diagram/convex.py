@@ -49,7 +49,9 @@ class ConvexPolygons:
 def convex_polygons(outlines: Sequence[Sequence[Point]]) -> ConvexPolygons:
     """The polygons of the given outlines, which may run either way round. Sides without length count for nothing."""
     longest = max(len(outline) for outline in outlines)
-    corners = np.array([[*outline, *([outline[0]] * (longest - len(outline)))] for outline in outlines], dtype=float)
+    corners = np.array(
+        [[*outline, *([outline[0]] * (longest - len(outline)))] for outline in outlines], dtype=float
+    )
     turns = np.array([1.0 if area(outline) > 0 else -1.0 for outline in outlines])
     sides = np.roll(corners, -1, axis=1) - corners
     lengths = np.hypot(sides[..., 0], sides[..., 1])

@@ -110,7 +110,9 @@ def _without_hidden_marks(strokes: Sequence[Stroke]) -> list[Stroke]:
     if not marks or not lines:
         return list(strokes)
     start, end = np.array([s.start for s in lines]), np.array([s.end for s in lines])
-    near_start, near_end = (_on_segments(np.array([(s.start, s.end)[i] for s in marks]), start, end) for i in (0, 1))
+    near_start, near_end = (
+        _on_segments(np.array([(s.start, s.end)[i] for s in marks]), start, end) for i in (0, 1)
+    )
     doubled = set(np.flatnonzero((near_start & near_end).any(axis=1)).tolist())
     return [*lines, *(mark for i, mark in enumerate(marks) if i not in doubled)]
 
@@ -129,7 +131,10 @@ def _on_segments(points: Floats, start: Floats, end: Floats) -> NDArray[np.bool_
 def _draw_strokes(strokes: Sequence[Stroke], inks: Palette, unit: float) -> list[str]:
     """Crease marks first, so that the outlines end them cleanly."""
     styles = (
-        (True, f'class="mark" stroke-width="{1.3 * unit:.2f}" stroke-dasharray="{7 * unit:.2f} {5 * unit:.2f}"'),
+        (
+            True,
+            f'class="mark" stroke-width="{1.3 * unit:.2f}" stroke-dasharray="{7 * unit:.2f} {5 * unit:.2f}"',
+        ),
         (False, f'class="line" stroke-width="{2.2 * unit:.2f}" stroke-linecap="round"'),
     )
     drawn = []

@@ -111,15 +111,17 @@ def _seen_vertices(paper: Paper, faces: Iterable[VisibleFace]) -> set[int]:
 
 
 def _place_at(
-    places: Sequence[_Place], segments: Sequence[tuple[Point, Point]], size: float, unit: float, font_size: float
+    places: Sequence[_Place],
+    segments: Sequence[tuple[Point, Point]],
+    size: float,
+    unit: float,
+    font_size: float,
 ) -> list[PlacedLabel]:
     lines = [_lines(place.ids) for place in places]
     extents = [_extent(text, font_size) for text in lines]
     anchors = np.array([place.anchor for place in places])
     ink = np.array(segments, dtype=float).reshape(-1, 4)
-    choices = [
-        _candidates(anchors, i, extent, ink, size, unit) for i, extent in enumerate(extents)
-    ]
+    choices = [_candidates(anchors, i, extent, ink, size, unit) for i, extent in enumerate(extents)]
     chosen = _choose(choices, anchors)
     return [
         _placed(place, text, choice, k, font_size, unit)
@@ -131,7 +133,7 @@ def _lines(ids: Sequence[int]) -> tuple[str, ...]:
     """Ids separated by commas, a few to a line."""
     rows = [ids[i : i + IDS_PER_LINE] for i in range(0, len(ids), IDS_PER_LINE)]
     texts = [",".join(map(str, row)) for row in rows]
-    return tuple(text + "," for text in texts[:-1]) + (texts[-1],)
+    return (*(text + "," for text in texts[:-1]), texts[-1])
 
 
 def _extent(lines: Sequence[str], font_size: float) -> Point:
@@ -269,5 +271,11 @@ def _placed(
     x, y = choice.leaders[k].tolist()
     far = hypot(x - place.anchor[0], y - place.anchor[1]) > 1.6 * REACHES[0] * unit
     return PlacedLabel(
-        place.ids, place.visible, place.anchor, (left, top, right, bottom), (x, y) if far else None, lines, font_size
+        place.ids,
+        place.visible,
+        place.anchor,
+        (left, top, right, bottom),
+        (x, y) if far else None,
+        lines,
+        font_size,
     )

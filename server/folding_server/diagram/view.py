@@ -40,9 +40,7 @@ def steady_view(papers: Iterable[Paper], size: float) -> View:
         _shifted(width / 2, reach, [x for x, _ in points]),
         _shifted(height / 2, reach, [y for _, y in points]),
     )
-    span = max(
-        abs(value - middle) for point in points for value, middle in zip(point, center, strict=True)
-    )
+    span = max(abs(value - middle) for point in points for value, middle in zip(point, center, strict=True))
     return View(size, (1 - 2 * MARGIN) * size / (2 * max(reach, span)), center)
 
 

@@ -88,7 +88,11 @@ def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
     left of each, which lost something, and which are hidden.
     """
     shapes, regions = convex_polygons(outlines), _polygons(outlines)
-    polygons, covered, hidden = regions.copy(), np.zeros(len(outlines), dtype=bool), np.zeros(len(outlines), dtype=bool)
+    polygons, covered, hidden = (
+        regions.copy(),
+        np.zeros(len(outlines), dtype=bool),
+        np.zeros(len(outlines), dtype=bool),
+    )
     lower, upper = _pairs_to_cut(shapes, hidden)
     while len(lower):
         rest = ~(hidden[lower] | hidden[upper])
@@ -137,7 +141,8 @@ def _parts(region: Any) -> tuple[tuple[Ring, ...], ...]:
 
 def _rings(polygon: Any) -> tuple[Ring, ...]:
     return tuple(
-        [(x, y) for x, y in shapely.get_coordinates(ring)[:-1].tolist()] for ring in shapely.get_rings(polygon)
+        [(x, y) for x, y in shapely.get_coordinates(ring)[:-1].tolist()]
+        for ring in shapely.get_rings(polygon)
     )
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from folding_server.interchange.crease_pattern import CreasePattern
+from folding_server.simulator.foldability import CreasePattern
 
 MARGIN = 0.06
 LEGEND_HEIGHT = 40
@@ -37,17 +37,18 @@ def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool 
     body = []
     for letter, style in STYLES.items():
         path = "".join(
-            "M" + "L".join(
+            "M"
+            + "L".join(
                 f"{border + (x - min(xs)) * scale:.2f} {border + (max(ys) - y) * scale:.2f}"
                 for x, y in (pattern.vertices[u], pattern.vertices[v])
             )
-            for (u, v), assigned in zip(pattern.edges, pattern.assignments, strict=True)
+            for (u, v), assigned in zip(pattern.edges, pattern.letters, strict=True)
             if assigned == letter
         )
         if path:
             body.append(f'<path class="{style.name}" d="{path}" {_stroke(style, size / 768)}/>')
     if legend:
-        body += _legend(sorted(set(pattern.assignments), key=list(STYLES).index, reverse=True), size, height)
+        body += _legend(sorted(set(pattern.letters), key=list(STYLES).index, reverse=True), size, height)
     full = height + (LEGEND_HEIGHT * size / 768 if legend else 0)
     area = f'width="{size:g}" height="{full:g}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" {area} viewBox="0 0 {size:g} {full:g}">'
@@ -57,7 +58,9 @@ def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool 
 def _stroke(style: LineStyle, unit: float) -> str:
     dashes = ""
     if style.dashes:
-        dashes = ' stroke-dasharray="' + " ".join(f"{float(d) * unit:.2f}" for d in style.dashes.split()) + '"'
+        dashes = (
+            ' stroke-dasharray="' + " ".join(f"{float(d) * unit:.2f}" for d in style.dashes.split()) + '"'
+        )
     return f'fill="none" stroke="{style.color}" stroke-width="{style.width * unit:.2f}"{dashes}'
 
 

@@ -5,9 +5,12 @@ from dataclasses import dataclass
 
 from folding_schemas.actions import Program
 from folding_schemas.results import ExportFormat
+
 from folding_server.diagram import Colors, draw_svg, rasterise
 from folding_server.diagram.colors import DEFAULT_COLORS
 from folding_server.errors import ProgramError
+from folding_server.interchange.crease_pattern import crease_pattern_of
+from folding_server.interchange.crease_pattern_svg import crease_pattern_svg
 from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
 from folding_server.interchange.obj import obj_text
 from folding_server.interchange.programs import program_text
@@ -16,6 +19,7 @@ from folding_server.simulator import Paper
 FILES: dict[ExportFormat, tuple[str, str]] = {
     "fold": ("application/json", ".fold"),
     "crease-pattern": ("application/json", "-crease-pattern.fold"),
+    "crease-pattern-svg": ("image/svg+xml", "-crease-pattern.svg"),
     "svg": ("image/svg+xml", ".svg"),
     "png": ("image/png", ".png"),
     "obj": ("model/obj", ".obj"),
@@ -35,36 +39,41 @@ class ExportedFile:
 
 
 def export(
-    paper: Paper, format: ExportFormat, colors: Colors = DEFAULT_COLORS, program: Program | None = None
+    paper: Paper, file_format: ExportFormat, colors: Colors = DEFAULT_COLORS, program: Program | None = None
 ) -> ExportedFile:
     """The paper (or the program that made it) in one of the formats. The file is named after the program.
 
     ProgramError for an unknown format, or for the program of a paper that has none.
     """
-    if format not in FILES:
-        raise ProgramError(f"There is no export format {format!r}; the formats are {', '.join(FILES)}.")
-    media_type, ending = FILES[format]
+    if file_format not in FILES:
+        raise ProgramError(f"There is no export format {file_format!r}; the formats are {', '.join(FILES)}.")
+    media_type, ending = FILES[file_format]
     name = program.name if program else "model"
-    return ExportedFile(format, media_type, _stem(name) + ending, _content(paper, format, colors, program))
+    return ExportedFile(
+        file_format, media_type, _stem(name) + ending, _content(paper, file_format, colors, program)
+    )
 
 
-def _content(paper: Paper, format: ExportFormat, colors: Colors, program: Program | None) -> str | bytes:
+def _content(paper: Paper, file_format: ExportFormat, colors: Colors, program: Program | None) -> str | bytes:
     title = program.name if program else None
-    match format:
+    match file_format:
         case "fold":
             return fold_text(fold_document(paper, title))
         case "crease-pattern":
             return fold_text(crease_pattern_document(paper, title))
+        case "crease-pattern-svg":
+            return crease_pattern_svg(crease_pattern_of(paper), legend=True)
         case "svg":
             return draw_svg(paper, colors)
         case "png":
             return rasterise(draw_svg(paper, colors))
         case "obj":
             return obj_text(paper)
-        case "program":
-            if program is None:
-                raise ProgramError("This paper was not made by a program, so there is none to export; use another format.")
+        case "program" if program is not None:
             return program_text(program)
+    raise ProgramError(
+        "This paper was not made by a program, so there is none to export; use another format."
+    )
 
 
 def _stem(name: str) -> str:

@@ -5,8 +5,17 @@ from dataclasses import replace
 from math import hypot
 
 from folding_server.errors import ProgramError
-from folding_server.interchange.crease_pattern import CreasePattern, counterclockwise
-from folding_server.simulator.plane_geometry import IDENTITY, TOLERANCE, Isometry, Point, area, line_through, mirror
+from folding_server.interchange.crease_pattern import counterclockwise
+from folding_server.simulator.foldability import CreasePattern
+from folding_server.simulator.plane_geometry import (
+    IDENTITY,
+    TOLERANCE,
+    Isometry,
+    Point,
+    area,
+    line_through,
+    mirror,
+)
 
 Motions = list[Isometry]
 
@@ -25,7 +34,9 @@ def normalised(pattern: CreasePattern) -> CreasePattern:
     points = pattern.vertices
     width, height = _extent(points)
     covered = sum(abs(area([points[v] for v in cycle])) for cycle in pattern.faces)
-    if min(width, height) <= 0 or abs(covered - width * height) > ROUNDED * (width + height) * max(width, height):
+    if min(width, height) <= 0 or abs(covered - width * height) > ROUNDED * (width + height) * max(
+        width, height
+    ):
         raise ProgramError(
             f"The faces of the crease pattern cover an area of {covered:.6g} where a sheet of {width:.6g} by "
             f"{height:.6g} has {width * height:.6g}; only whole rectangular sheets with upright sides are read."
@@ -51,7 +62,7 @@ def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: floa
         flat = [pattern.vertices[v] for v in cycle]
         lies = [(folded[v][0] * scale, folded[v][1] * scale) for v in cycle]
         motion = best_motion(flat, lies)
-        worst = max(hypot(x - p, y - q) for (x, y), (p, q) in zip(map(motion, flat), lies, strict=True))
+        worst = max(_gap(motion(place), point) for place, point in zip(flat, lies, strict=True))
         if worst > ROUNDED:
             raise ProgramError(
                 f"Face {i} of the FOLD file has another shape when folded (a corner is out by {worst:.3g} of the sheet); "
@@ -72,7 +83,12 @@ def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
     c, s = turn.real, turn.imag
     a, b, d, e = (c, s, s, -c) if mirrored else (c, -s, s, c)
     return Isometry(
-        a, b, d, e, target.real - a * middle.real - b * middle.imag, target.imag - d * middle.real - e * middle.imag
+        a,
+        b,
+        d,
+        e,
+        target.real - a * middle.real - b * middle.imag,
+        target.imag - d * middle.real - e * middle.imag,
     )
 
 
@@ -81,7 +97,7 @@ def motions_by_folding(pattern: CreasePattern) -> Motions:
 
     ProgramError if a crease has no letter, or the faces do not close up around a vertex (Kawasaki's theorem).
     """
-    if not pattern.folded:
+    if "U" in pattern.letters:
         raise ProgramError(
             "The crease pattern has unassigned creases, so it is not known how it lies when folded; "
             "give M, V or F for every crease, or check it for foldability to find a folded state."
@@ -99,13 +115,15 @@ def motions_by_folding(pattern: CreasePattern) -> Motions:
             else:
                 _check_closed(pattern, edge, motion, motions[other], other)
     if len(motions) < len(pattern.faces):
-        raise ProgramError("The faces of the crease pattern are not all joined; only sheets in one piece are read.")
+        raise ProgramError(
+            "The faces of the crease pattern are not all joined; only sheets in one piece are read."
+        )
     return [motions[i] for i in range(len(pattern.faces))]
 
 
 def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
     """The motion of the face on the other side of an edge."""
-    if pattern.assignments[edge] not in "MV":
+    if pattern.letters[edge] not in "MV":
         return motion
     u, v = pattern.edges[edge]
     return motion.after(mirror(line_through(pattern.vertices[u], pattern.vertices[v])))
@@ -113,13 +131,17 @@ def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
 
 def _check_closed(pattern: CreasePattern, edge: int, one: Isometry, other: Isometry, face: int) -> None:
     for v in pattern.faces[face]:
-        (x, y), (p, q) = one(pattern.vertices[v]), other(pattern.vertices[v])
-        if hypot(x - p, y - q) > ROUNDED or one.mirrors != other.mirrors:
+        place = pattern.vertices[v]
+        if _gap(one(place), other(place)) > ROUNDED or one.mirrors != other.mirrors:
             a, b = pattern.edges[edge]
             raise ProgramError(
                 f"The crease pattern does not fold flat as its letters say: its faces do not close up at the crease "
                 f"between vertices {a} and {b}; check the letters of the creases around them."
             )
+
+
+def _gap(p: Point, q: Point) -> float:
+    return hypot(p[0] - q[0], p[1] - q[1])
 
 
 def _faces_beside(pattern: CreasePattern) -> list[list[tuple[int, int]]]:
@@ -130,12 +152,16 @@ def _faces_beside(pattern: CreasePattern) -> list[list[tuple[int, int]]]:
         for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
             edge = index.get((min(u, v), max(u, v)))
             if edge is None:
-                raise ProgramError(f"Face {f} of the FOLD file has a side {u}-{v} that is no edge; add it to edges_vertices.")
+                raise ProgramError(
+                    f"Face {f} of the FOLD file has a side {u}-{v} that is no edge; add it to edges_vertices."
+                )
             owners.setdefault(edge, []).append(f)
     neighbours: list[list[tuple[int, int]]] = [[] for _ in pattern.faces]
     for edge, faces in owners.items():
         if len(faces) > 2:
-            raise ProgramError(f"Edge {edge} of the FOLD file has {len(faces)} faces; a sheet of paper has two at most.")
+            raise ProgramError(
+                f"Edge {edge} of the FOLD file has {len(faces)} faces; a sheet of paper has two at most."
+            )
         if len(faces) == 2:
             neighbours[faces[0]].append((edge, faces[1]))
             neighbours[faces[1]].append((edge, faces[0]))
@@ -162,9 +188,11 @@ def unfolded(folded: CreasePattern) -> CreasePattern:
 
 def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
     """The points turned so that the longest straight boundary edge is level, mirrored if face 0 runs clockwise."""
-    boundary = [edge for edge, letter in zip(pattern.edges, pattern.assignments, strict=True) if letter == "B"]
+    boundary = [edge for edge, letter in zip(pattern.edges, pattern.letters, strict=True) if letter == "B"]
     if not boundary:
-        raise ProgramError("The FOLD file marks no boundary edge (B), so the outline of the sheet is not known.")
+        raise ProgramError(
+            "The FOLD file marks no boundary edge (B), so the outline of the sheet is not known."
+        )
     u, v = max(boundary, key=lambda e: abs(complex(*points[e[0]]) - complex(*points[e[1]])))
     side = complex(*points[v]) - complex(*points[u])
     turn = abs(side) / side

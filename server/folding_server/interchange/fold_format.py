@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
-from folding_server.interchange.crease_pattern import CreasePattern, crease_pattern_of
+from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.simulator import overlapping_pairs
+from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.paper import Crease, Paper
 from folding_server.simulator.plane_geometry import area
 
@@ -77,7 +78,16 @@ def _file_properties(title: str | None) -> Document:
 
 
 def _attributes(touching: str) -> list[str]:
-    return ["2D", "manifold", "orientable", touching, "nonSelfIntersecting", "noCuts", "noJoins", "convexFaces"]
+    return [
+        "2D",
+        "manifold",
+        "orientable",
+        touching,
+        "nonSelfIntersecting",
+        "noCuts",
+        "noJoins",
+        "convexFaces",
+    ]
 
 
 def _mesh(pattern: CreasePattern) -> Document:
@@ -92,8 +102,8 @@ def _mesh(pattern: CreasePattern) -> Document:
     return {
         "edges_vertices": [list(edge) for edge in pattern.edges],
         "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges],
-        "edges_assignment": list(pattern.assignments),
-        "edges_foldAngle": [FOLD_ANGLES.get(letter, 0) for letter in pattern.assignments],
+        "edges_assignment": list(pattern.letters),
+        "edges_foldAngle": [FOLD_ANGLES.get(letter, 0) for letter in pattern.letters],
         "faces_vertices": [list(cycle) for cycle in pattern.faces],
         "faces_edges": faces_edges,
     }

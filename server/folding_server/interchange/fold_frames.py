@@ -1,8 +1,8 @@
 """Reading FOLD documents: the frames of a file, with inheritance resolved and every property checked for its shape."""
 
 import json
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal, NoReturn
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -35,7 +35,7 @@ class Frame(BaseModel):
     vertices_coords: list[Coordinates] = []
     edges_vertices: list[tuple[int, int]] = []
     edges_assignment: list[Literal["B", "M", "V", "F", "U", "C", "J", "b", "m", "v", "f", "u", "c", "j"]] = []
-    edges_foldAngle: list[float | None] = []
+    fold_angles: list[float | None] = Field(default=[], alias="edges_foldAngle")
     faces_vertices: list[list[int]] = []
     face_orders: list[tuple[int, int, Literal[-1, 0, 1]]] = Field(default=[], alias="faceOrders")
     vertex_ids: list[int] = Field(default=[], alias="folding:vertex_ids")
@@ -50,8 +50,10 @@ class Frame(BaseModel):
         """A letter for each edge, upper case: as assigned, else by its fold angle, else U."""
         if self.edges_assignment:
             return tuple(letter.upper() for letter in self.edges_assignment)
-        if self.edges_foldAngle:
-            return tuple("U" if a is None else "V" if a > 0 else "M" if a < 0 else "F" for a in self.edges_foldAngle)
+        if self.fold_angles:
+            return tuple(
+                "U" if a is None else "V" if a > 0 else "M" if a < 0 else "F" for a in self.fold_angles
+            )
         return ("U",) * len(self.edges_vertices)
 
 
@@ -63,7 +65,9 @@ def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
     document = _document(source)
     below = document.get("file_frames", [])
     if not isinstance(below, list) or not all(isinstance(frame, Mapping) for frame in below):
-        raise ProgramError("The FOLD file's file_frames is not a list of frames; give a list of JSON objects.")
+        raise ProgramError(
+            "The FOLD file's file_frames is not a list of frames; give a list of JSON objects."
+        )
     raw = [{k: v for k, v in document.items() if not k.startswith("file_")}, *below]
     return [_frame(_inherited(raw, i), i) for i in range(len(raw))]
 
@@ -71,13 +75,19 @@ def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
 def parse_json_object(text: str, kind: str) -> Mapping[str, Any]:
     """The JSON object in a text; ProgramError with line and column if it is not one. ``kind`` names the file."""
     try:
-        document = json.loads(text)
+        document = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        where = f" (line {error.lineno}, column {error.colno})" if isinstance(error, json.JSONDecodeError) else ""
+        where = (
+            f" (line {error.lineno}, column {error.colno})" if isinstance(error, json.JSONDecodeError) else ""
+        )
         raise ProgramError(f"The {kind} is not JSON{where}; check the file or save it again.") from None
     if not isinstance(document, Mapping):
         raise ProgramError(f"The {kind} holds a JSON {type(document).__name__} where an object is needed.")
     return document
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(name)
 
 
 def _document(source: str | Mapping[str, Any]) -> Mapping[str, Any]:
@@ -96,9 +106,13 @@ def _inherited(raw: Sequence[Mapping[str, Any]], index: int) -> dict[str, Any]:
         if not frame.get("frame_inherit") or parent is None:
             return merged
         if not isinstance(parent, int) or not 0 <= parent < len(raw):
-            raise ProgramError(f"Frame {index} of the FOLD file inherits from frame {parent!r}, which is not there.")
+            raise ProgramError(
+                f"Frame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
+            )
         index = parent
-    raise ProgramError(f"Frame {index} of the FOLD file inherits from itself; break the circle of frame_parent.")
+    raise ProgramError(
+        f"Frame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
+    )
 
 
 def _frame(properties: dict[str, Any], index: int) -> Frame:
@@ -115,23 +129,29 @@ def _frame(properties: dict[str, Any], index: int) -> Frame:
 def _check_sizes(frame: Frame, index: int) -> None:
     """Every index must name something, and parallel lists must be as long as what they describe."""
     vertices, edges, faces = len(frame.vertices_coords), len(frame.edges_vertices), len(frame.faces_vertices)
-    _check_range(index, "edges_vertices", (v for edge in frame.edges_vertices for v in edge), vertices, "vertices")
-    _check_range(index, "faces_vertices", (v for face in frame.faces_vertices for v in face), vertices, "vertices")
+    _check_range(
+        index, "edges_vertices", (v for edge in frame.edges_vertices for v in edge), vertices, "vertices"
+    )
+    _check_range(
+        index, "faces_vertices", (v for face in frame.faces_vertices for v in face), vertices, "vertices"
+    )
     _check_range(index, "faceOrders", (f for order in frame.face_orders for f in order[:2]), faces, "faces")
     lengths = (
         ("edges_assignment", len(frame.edges_assignment), edges),
-        ("edges_foldAngle", len(frame.edges_foldAngle), edges),
+        ("edges_foldAngle", len(frame.fold_angles), edges),
         ("folding:vertex_ids", len(frame.vertex_ids), vertices),
         ("folding:face_ids", len(frame.face_ids), faces),
     )
     for name, length, wanted in lengths:
         if length not in (0, wanted):
-            raise ProgramError(f"In frame {index} of the FOLD file, {name} has {length} entries where {wanted} are needed.")
+            raise ProgramError(
+                f"In frame {index} of the FOLD file, {name} has {length} entries where {wanted} are needed."
+            )
     if any(len(point) < 2 for point in frame.vertices_coords):
         raise ProgramError(f"In frame {index} of the FOLD file, a vertex has fewer than two coordinates.")
 
 
-def _check_range(index: int, name: str, used: Any, count: int, kind: str) -> None:
+def _check_range(index: int, name: str, used: Iterable[int], count: int, kind: str) -> None:
     for i in used:
         if not 0 <= i < count:
             raise ProgramError(

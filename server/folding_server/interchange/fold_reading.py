@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any
 
 from folding_server.errors import ProgramError
-from folding_server.interchange.crease_pattern import CreasePattern, counterclockwise, planar_faces
+from folding_server.interchange.crease_pattern import LETTERS, counterclockwise
 from folding_server.interchange.flat_motions import (
     Motions,
     motions_between,
@@ -18,6 +18,14 @@ from folding_server.interchange.flat_motions import (
 from folding_server.interchange.fold_frames import Frame, read_frames
 from folding_server.interchange.own_record import restored
 from folding_server.interchange.stacking import stacked
+from folding_server.simulator.foldability import CreasePattern, Letter
+from folding_server.simulator.foldability.planar import (
+    Cycle,
+    Edge,
+    boundary_cycles,
+    crossing_edges,
+    edge_faces,
+)
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import TOLERANCE, Point, line_through
 
@@ -56,16 +64,14 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
 def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
     """The crease pattern of a FOLD file as it stands: unassigned creases stay U, nothing is scaled.
 
-    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded; faces are
-    computed where there are none. ProgramError if the file cannot be read or has no crease pattern.
+    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded, else from
+    the folded form by unfolding it; faces are computed where there are none. ProgramError if the file cannot be read.
     """
     frames = read_frames(source)
     frame = _frame_of(frames, "creasePattern")
-    if frame is None and not frames[0].of_class("foldedForm"):
-        frame = frames[0]
-    if frame is None:
-        raise ProgramError("The FOLD file has no frame of class creasePattern; save the unfolded pattern with it.")
-    return _pattern(frame)
+    if frame is None and frames[0].of_class("foldedForm"):
+        return unfolded(_pattern(frames[0], turned=True))
+    return _pattern(frame or frames[0])
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,9 @@ def _sources(frames: list[Frame]) -> _Sources:
     folded, unfolded = _frame_of(frames, "foldedForm"), _frame_of(frames, "creasePattern")
     if folded is None and unfolded is None:
         unfolded = frames[0]
-    return _Sources(unfolded, folded, next((f for f in (folded, *frames) if f is not None and f.face_orders), frames[0]))
+    return _Sources(
+        unfolded, folded, next((f for f in (folded, *frames) if f is not None and f.face_orders), frames[0])
+    )
 
 
 def _foreign(frames: list[Frame], convention: FaceOrders) -> Paper:
@@ -111,7 +119,8 @@ def _flat_pattern(sources: _Sources) -> CreasePattern:
     if folded is None or not folded.faces_vertices:
         return _pattern(flat)
     if len(folded.vertices_coords) != len(flat.vertices_coords) or (
-        flat.faces_vertices and [set(f) for f in flat.faces_vertices] != [set(f) for f in folded.faces_vertices]
+        flat.faces_vertices
+        and [set(f) for f in flat.faces_vertices] != [set(f) for f in folded.faces_vertices]
     ):
         raise ProgramError(
             "The folded form and the crease pattern of the FOLD file do not have the same vertices and faces in the same "
@@ -130,33 +139,46 @@ def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
     if len(points) < 3 or not frame.edges_vertices:
         raise ProgramError("The FOLD file has no vertices_coords or no edges_vertices; both are needed.")
     if any(abs(z) > 1e-6 for point in frame.vertices_coords for z in point[2:]):
-        raise ProgramError("The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read.")
-    edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
-    letters = tuple("F" if letter == "J" else letter for letter in frame.letters())
-    if "C" in letters:
-        raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
-    if frame.faces_vertices:
-        faces = tuple(
-            tuple(cycle) if turned else counterclockwise(cycle, [points[v] for v in cycle])
-            for cycle in frame.faces_vertices
+        raise ProgramError(
+            "The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read."
         )
-    elif turned:
-        raise ProgramError("The FOLD file has a folded form without faces_vertices; give its faces or the crease pattern.")
-    else:
-        faces = planar_faces(points, edges)
-    return CreasePattern(tuple(points), edges, _with_boundary(edges, letters, faces), faces)
+    edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
+    if "C" in frame.letters():
+        raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
+    letters = tuple(LETTERS[letter] for letter in frame.letters())
+    faces = tuple(tuple(cycle) for cycle in frame.faces_vertices) or _faces_between(
+        points, edges, turned=turned
+    )
+    if not turned:
+        faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in faces)
+    names = tuple(frame.vertex_ids) or tuple(range(len(points)))
+    return CreasePattern(tuple(points), edges, _with_boundary(edges, letters, faces), faces, names)
+
+
+def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool) -> tuple[Cycle, ...]:
+    """The faces of a planar pattern that lists its edges only."""
+    if turned:
+        raise ProgramError(
+            "The FOLD file has a folded form without faces_vertices; give its faces or the crease pattern."
+        )
+    crossing = crossing_edges(points, edges)
+    if crossing:
+        first, second = (list(edges[i]) for i in crossing)
+        raise ProgramError(
+            f"Edges {first} and {second} of the FOLD file cross where there is no vertex, so its faces cannot be found; "
+            "split edges where they meet, or give faces_vertices."
+        )
+    return boundary_cycles(points, edges, ())
 
 
 def _with_boundary(
-    edges: tuple[tuple[int, int], ...], letters: tuple[str, ...], faces: tuple[tuple[int, ...], ...]
-) -> tuple[str, ...]:
+    edges: tuple[Edge, ...], letters: tuple[Letter, ...], faces: tuple[Cycle, ...]
+) -> tuple[Letter, ...]:
     """Letters with B for every unassigned edge that has one face only."""
-    beside: dict[tuple[int, int], int] = {}
-    for cycle in faces:
-        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
-            beside[min(u, v), max(u, v)] = beside.get((min(u, v), max(u, v)), 0) + 1
+    beside = edge_faces(faces)
     return tuple(
-        "B" if letter == "U" and beside.get(edge) == 1 else letter for edge, letter in zip(edges, letters, strict=True)
+        "B" if letter == "U" and len(beside.get(edge, ())) == 1 else letter
+        for edge, letter in zip(edges, letters, strict=True)
     )
 
 
@@ -177,4 +199,6 @@ def _check_convex(pattern: CreasePattern) -> None:
         for p, q in zip(corners, (*corners[1:], corners[0]), strict=True):
             line = line_through(p, q) if p != q else None
             if line is None or any(line.distance(r) < -TOLERANCE for r in corners):
-                raise ProgramError(f"Face {i} of the FOLD file is not convex; add crease marks that split it.")
+                raise ProgramError(
+                    f"Face {i} of the FOLD file is not convex; add crease marks that split it."
+                )

@@ -12,7 +12,9 @@ def obj_text(paper: Paper, thickness: float = THICKNESS) -> str:
 
     Faces share no vertices: neighbours across a fold lie in different layers.
     """
-    height = {f: i * thickness for i, layer in enumerate(layers_of_planes(paper)) for plane in layer for f in plane}
+    height = {
+        f: i * thickness for i, layer in enumerate(layers_of_planes(paper)) for plane in layer for f in plane
+    }
     lines = ["# flat-folded sheet, layers apart", "o folded_sheet"]
     count = 0
     for face in paper.order:

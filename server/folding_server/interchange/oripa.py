@@ -4,7 +4,7 @@ Types: 1 edge of the sheet, 2 mountain, 3 valley, 4 auxiliary (marks and unassig
 sheet runs from -200 to 200, x to the right and y down, as those programs draw it.
 """
 
-from folding_server.interchange.crease_pattern import CreasePattern
+from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.plane_geometry import Point
 
 LINE_TYPES = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
@@ -22,7 +22,7 @@ def oripa_text(pattern: CreasePattern) -> str:
 
     return "".join(
         f"{LINE_TYPES[letter]} {point(pattern.vertices[u])} {point(pattern.vertices[v])}\n"
-        for (u, v), letter in zip(pattern.edges, pattern.assignments, strict=True)
+        for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True)
     )
 
 

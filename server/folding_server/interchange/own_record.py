@@ -47,7 +47,11 @@ def _crease(chain: list[tuple[int, int]]) -> Crease:
 def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
     """Everything the record names must be there."""
     faces, vertices = set(folded.face_ids), set(folded.vertex_ids)
-    edges = {(folded.vertex_ids[u], folded.vertex_ids[v]) for u, v in folded.edges_vertices} if vertices else set()
+    edges = (
+        {(folded.vertex_ids[u], folded.vertex_ids[v]) for u, v in folded.edges_vertices}
+        if vertices
+        else set()
+    )
     sound = (
         len(vertices) == len(folded.vertices_coords) == len(pattern.vertices_coords)
         and len(faces) == len(folded.faces_vertices) == len(record.isometries)

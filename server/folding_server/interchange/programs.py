@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
+from folding_schemas.actions import Action, Program
 from pydantic import ValidationError
 
-from folding_schemas.actions import Action, Program
 from folding_server.errors import ProgramError
 from folding_server.interchange.fold_frames import parse_json_object
 from folding_server.simulator import Paper
@@ -74,7 +74,9 @@ def program_text(program: Program, comments: Mapping[tuple[int, int], str] | Non
     lines = [f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}," for key, value in head.items()]
     steps = []
     for i, step in enumerate(program.steps):
-        actions = [f"      {_action_text(action, (comments or {}).get((i, j)))}" for j, action in enumerate(step)]
+        actions = [
+            f"      {_action_text(action, (comments or {}).get((i, j)))}" for j, action in enumerate(step)
+        ]
         steps.append("    [\n" + ",\n".join(actions) + "\n    ]" if actions else "    []")
     body = "[\n" + ",\n".join(steps) + "\n  ]" if steps else "[]"
     return "\n".join(["{", *lines, f'  "steps": {body}', "}", ""])
@@ -88,7 +90,9 @@ def load_published(text: str) -> PublishedProgram:
     try:
         new_vertices = tuple(tuple(int(v) for v in step) for step in created)
     except (TypeError, ValueError):
-        raise ProgramError("The program's new_vertices is not a list of lists of vertex ids; mend or remove it.") from None
+        raise ProgramError(
+            "The program's new_vertices is not a list of lists of vertex ids; mend or remove it."
+        ) from None
     return PublishedProgram(_commented(document).program, new_vertices, source, note)
 
 
@@ -96,7 +100,11 @@ def load_recorded(text: str) -> RecordedProgram:
     """A recorded result: a flat list ``actions``, each with ``at``, and the state ``final``."""
     document = parse_json_object(text, "recorded program")
     actions, final = document.get("actions"), document.get("final", {})
-    if not isinstance(actions, list) or not all(isinstance(a, Mapping) for a in actions) or not isinstance(final, Mapping):
+    if (
+        not isinstance(actions, list)
+        or not all(isinstance(a, Mapping) for a in actions)
+        or not isinstance(final, Mapping)
+    ):
         raise ProgramError("The recorded program has no list of actions with a final state; give both.")
     bare = [{key: value for key, value in action.items() if key != "at"} for action in actions]
     program = _commented({"name": str(document.get("name", "untitled")), "steps": [bare]}).program
@@ -125,7 +133,9 @@ def _ends(at: Any, index: int) -> tuple[Point, Point] | None:
         (a, b), (c, d) = at
         return (float(a), float(b)), (float(c), float(d))
     except (TypeError, ValueError):
-        raise ProgramError(f"Action {index + 1} of the recorded program has an 'at' that is not two points.") from None
+        raise ProgramError(
+            f"Action {index + 1} of the recorded program has an 'at' that is not two points."
+        ) from None
 
 
 def _commented(document: dict[str, Any]) -> CommentedProgram:
@@ -158,15 +168,16 @@ def _without_comments(step: Any, i: int, comments: dict[tuple[int, int], str]) -
 def _first_error(error: ValidationError) -> str:
     """The first mistake in a program as one sentence: where it is and what is allowed."""
     first = error.errors()[0]
-    where, rest = "The program", list(first["loc"])
-    if rest[:1] == ["steps"] and len(rest) > 1:
-        where = f"Step {int(rest[1]) + 1} of the program"
-        rest = rest[2:]
-        if rest:
-            where = f"Action {int(rest[0]) + 1} of step {int(error.errors()[0]['loc'][1]) + 1} of the program"
-            rest = rest[1:]
-    place = ".".join(map(str, rest))
-    return f"{where} is wrong{f' at {place}' if place else ''}: {first['msg']}; see the list of actions."
+    loc = list(first["loc"])
+    where = "The program"
+    if loc[:1] == ["steps"]:
+        numbers = [part + 1 for part in loc[1:3] if isinstance(part, int)]
+        where = ("The list of steps", "Step {} of the program", "Action {1} of step {0} of the program")[
+            len(numbers)
+        ].format(*numbers)
+        loc = loc[1 + len(numbers) :]
+    place = ".".join(map(str, loc))
+    return f"{where} is wrong{f' at {place}' if place else ''}: {first['msg']}."
 
 
 def _check_numbers(program: Program) -> None:
@@ -180,7 +191,9 @@ def _check_numbers(program: Program) -> None:
             for name in ("position", "angle"):
                 value = getattr(action, name, 0.0)
                 if not isfinite(value):
-                    raise ProgramError(f"Action {j + 1} of step {i + 1} of the program has the {name} {value}; give a number.")
+                    raise ProgramError(
+                        f"Action {j + 1} of step {i + 1} of the program has the {name} {value}; give a number."
+                    )
 
 
 def _action_text(action: Action, comment: str | None) -> str:

@@ -4,9 +4,10 @@ import heapq
 from collections.abc import Iterable, Mapping, Sequence
 
 from folding_server.errors import ProgramError
-from folding_server.interchange.crease_pattern import CreasePattern, turned_round
+from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
+from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
 from folding_server.simulator.plane_geometry import Isometry, Line, line_through
 
@@ -28,7 +29,7 @@ def stacked(
     loose = Paper(sheet, places, faces, isometries, tuple(faces), {}, 0, {})
     letters = {
         edge_of(vertex_ids[u], vertex_ids[v]): letter
-        for (u, v), letter in zip(pattern.edges, pattern.assignments, strict=True)
+        for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True)
     }
     order = _order(loose, {(low + 1, high + 1) for low, high in relation}, letters)
     ordered = Paper(sheet, places, faces, isometries, order, {}, 0, {})
@@ -114,9 +115,13 @@ def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]
                     break
             else:
                 groups.append((line, [edge]))
-    lines = sorted((edges for _, edges in groups), key=lambda edges: max(paper.rank[_mover(paper, e)] for e in edges))
+    lines = sorted(
+        (edges for _, edges in groups), key=lambda edges: max(paper.rank[_mover(paper, e)] for e in edges)
+    )
     creases = {
-        edge: Crease(number, _mover(paper, edge), None) for number, edges in enumerate(lines, 1) for edge in edges
+        edge: Crease(number, _mover(paper, edge), None)
+        for number, edges in enumerate(lines, 1)
+        for edge in edges
     }
     return creases, {number: edges[0] for number, edges in enumerate(lines, 1)}
 
