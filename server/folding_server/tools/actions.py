@@ -11,7 +11,7 @@ from folding_server.simulator.vertices import listed
 from folding_server.store.rules import check_may_act
 from folding_server.store.views import RunView
 from folding_server.tools.answers import answer
-from folding_server.tools.arguments import Axis, Degrees, Fraction, RunId, Side, VertexIds
+from folding_server.tools.arguments import Axis, Crease, Degrees, Fraction, RunId, Side, VertexIds
 from folding_server.tools.changes import Change, change
 from folding_server.tools.desk import Call, desk_of
 from folding_server.tools.standing import attempt_in_words, described
@@ -29,7 +29,7 @@ def fold(call: Call, edge: VertexIds, direction: Side, run_id: RunId = None) -> 
     return _act(call, run_id, actions.Fold(edge=edge, direction=direction))
 
 
-def unfold(call: Call, edge: VertexIds | None = None, run_id: RunId = None) -> Answer:
+def unfold(call: Call, edge: Crease = None, run_id: RunId = None) -> Answer:
     """Open a fold again."""
     return _act(call, run_id, actions.Unfold(edge=edge))
 

@@ -9,12 +9,11 @@ from folding_schemas.actions import Direction, FlipAxis
 from pydantic import BeforeValidator, Field
 
 
-def _number(value: object) -> object:
-    """A whole number that arrives as text or with a point, as the number it means; anything else as it is."""
-    try:
-        return int(value) if isinstance(value, str | float) and float(value) == int(value) else value
-    except ValueError:
-        return value
+def _whole(value: object) -> object:
+    """A whole number that came as text or with a decimal point as an int; anything else as it is."""
+    if isinstance(value, str) and value.strip().lstrip("+-").isdecimal():
+        return int(value)
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 RunId = Annotated[
@@ -22,13 +21,17 @@ RunId = Annotated[
     Field(description="the id of a run, as open_run answered it; left out, the run opened last in this process"),
 ]
 VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids of the current state, [u, v]")]
+Crease = Annotated[
+    tuple[int, int] | None,
+    Field(description="two vertex ids on the crease to open, [u, v]; left out, the newest fold that is still folded"),
+]
 Fraction = Annotated[
     float,
     Field(ge=0, le=1, description="a fraction of the way from u to v, between 0 and 1"),
 ]
 Side = Annotated[
     Direction,
-    BeforeValidator(_number),
+    BeforeValidator(_whole),
     Field(description="1 (the side above the line moves, or right of an upright one) or -1 (the other side moves)"),
 ]
 Degrees = Annotated[

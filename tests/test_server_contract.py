@@ -1,0 +1,56 @@
+"""The tool surface is what was agreed, and a change of it is called compatible or breaking."""
+
+import copy
+
+import pytest
+from contract.tool_contract import Contract, breaking, committed, compatible, current
+from folding_server.tools.catalogue import tools
+
+
+def test_the_tools_are_those_of_the_contract() -> None:
+    changed = [*(f"breaking: {line}" for line in breaking(committed(), current())),
+               *(f"compatible: {name}" for name in compatible(committed(), current()))]
+    assert current() == committed(), f"run tests/contract/tool_contract.py and commit its result; {changed}"
+
+
+def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
+    for tool in tools():
+        assert len(tool.description) > 80, tool.name
+        assert all(schema.get("description") for schema in tool.parameters.get("properties", {}).values()), tool.name
+        assert "run_id" in tool.parameters["properties"] or tool.name == "list_sequences"
+        assert tool.parameters["additionalProperties"] is False
+
+
+@pytest.fixture
+def contract() -> Contract:
+    """A contract to change."""
+    return copy.deepcopy(committed())
+
+
+def test_a_new_optional_argument_and_a_new_answer_field_are_compatible(contract: Contract) -> None:
+    contract["fold"]["input"]["properties"]["angle"] = {"type": "number"}
+    contract["fold"]["output"]["properties"]["time"] = {"type": "number"}
+    assert breaking(committed(), contract) == []
+    assert compatible(committed(), contract) == ["fold"]
+
+
+def test_a_new_tool_is_compatible_and_a_lost_one_is_breaking(contract: Contract) -> None:
+    assert compatible({}, contract) == list(contract)
+    del contract["fold"]
+    assert breaking(committed(), contract) == ["fold: the tool is gone"]
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "named"),
+    [
+        ("input", lambda schema: schema["required"].append("run_id"), "run_id is now required"),
+        ("input", lambda schema: schema["properties"].pop("edge"), "edge is gone"),
+        ("input", lambda schema: schema["properties"]["direction"].update(enum=[1]), "direction changed"),
+        ("output", lambda schema: schema["properties"].pop("state"), "lost state"),
+        ("output", lambda schema: schema["required"].remove("state"), "may lack state"),
+        ("output", lambda schema: schema["$defs"]["FoldedState"]["properties"].pop("layers"), "FoldedState changed"),
+    ],
+)
+def test_what_would_fail_a_host_is_breaking(contract: Contract, part: str, change, named: str) -> None:  # type: ignore[no-untyped-def]
+    change(contract["fold"][part])
+    assert any(named in line for line in breaking(committed(), contract))
