@@ -23,9 +23,14 @@ from folding_server.vision.solver.lines import (
     as_line,
     both_ways,
     distinct_points,
+    edge_directions,
     landmark_lines,
 )
 from folding_server.vision.solver.scene import Scene
+
+
+_PARALLEL = 0.9992
+"""Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +42,8 @@ class Effort:
     most_lines: int = 400
     refined: int = 10
     polished: int = 4
-    snap_free: float = 0.004
-    snap_vertex: float = 0.0025
+    snap_exact: float = 0.004
+    snap_bound: float = 0.0025
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,31 @@ class FoldFound:
     moving: MovingSet
     motion: Isometry
     agreement: float
+
+
+@dataclass(frozen=True)
+class Family:
+    """A line, or the lines got by turning it about ``pinned``, or by shifting it."""
+
+    line: Line
+    pinned: Point | None = None
+    shifts: bool = False
+
+    @property
+    def free(self) -> bool:
+        """Whether there is more than one line."""
+        return self.shifts or self.pinned is not None
+
+    def member(self, amount: float, handles: tuple[Point, Point]) -> Line:
+        """The line got by moving the crease, or its handle farther from the pin, by an amount (sheet units)."""
+        line = self.line
+        if self.shifts:
+            return Line(line.nx, line.ny, line.offset + amount)
+        if self.pinned is None or not amount:
+            return line
+        pin = self.pinned
+        far = max(handles, key=lambda h: dist(h, pin))
+        return _oriented(line_through(pin, (far[0] + amount * line.nx, far[1] + amount * line.ny)), line)
 
 
 class FoldSearch:
@@ -60,6 +90,7 @@ class FoldSearch:
         self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
         self.leaves = Leaves(paper)
         self.landmarks = both_ways(landmark_lines(paper))
+        self.directions = edge_directions(paper)
 
     def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
@@ -130,13 +161,11 @@ class FoldSearch:
 
     def _snapped(self, found: FoldFound) -> list[FoldFound]:
         """The line the photo cannot tell from ``found`` that is simplest, with each set of layers it can turn."""
+        exact = [self._settled(found, Family(line)) for line in self._landmarks_near(found)]
+        bound = [self._settled(found, family) for family in (*self._through_vertices(found), *self._parallels(found))]
+        allowed = max(f.agreement for f in (found, *exact, *bound))
         best = found
-        allowed = found.agreement
-        vertex = [self._settled(found, line, free) for line, free in self._vertex_lines(found)]
-        exact = [self._settled(found, line, None) for line in self._landmarks_near(found)]
-        top = max((f.agreement for f in (*vertex, *exact)), default=allowed)
-        allowed = max(allowed, top)
-        for group, slack in ((exact, self.effort.snap_free), (vertex, self.effort.snap_vertex)):
+        for group, slack in ((exact, self.effort.snap_exact), (bound, self.effort.snap_bound)):
             good = [f for f in group if f.agreement >= allowed - slack]
             if good:
                 best = max(good, key=lambda f: f.agreement)
@@ -149,37 +178,44 @@ class FoldSearch:
             if moving.faces != found.moving.faces:
                 yield FoldFound(moving, found.motion, self.fine.agreement(self.leaves.folded(moving), found.motion))
 
-    def _settled(self, found: FoldFound, line: Line, pinned: Point | None) -> FoldFound:
-        """A line near the found one with the drift climbed anew, and its turn about ``pinned`` if there is one."""
+    def _settled(self, found: FoldFound, family: "Family") -> FoldFound:
+        """The best line of a family near the found one, with the drift climbed anew."""
         start = found.motion
-        sets = list(self.leaves.moving_sets(line))
+        sets = list(self.leaves.moving_sets(family.line))
         if not sets:
             return FoldFound(found.moving, start, 0.0)
         moving = max(sets, key=lambda m: self.fine.agreement(self.leaves.folded(m), start))
         handles = self._handles(moving)
-        far = max(handles, key=lambda h: dist(h, pinned)) if pinned else handles[0]
         pivot = _middle(*handles)
 
-        def folded(offset: float) -> MovingSet:
-            if pinned is None or not offset:
-                return moving
-            turned = _oriented(line_through(pinned, (far[0] + offset * line.nx, far[1] + offset * line.ny)), line)
-            return self.leaves.moving_from(turned, moving.seed) or moving
+        def folded(amount: float) -> MovingSet:
+            line = family.member(amount, handles)
+            return (self.leaves.moving_from(line, moving.seed) or moving) if amount else moving
 
         def drawn(x: Vector) -> Labels:
             return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, x[1:]))
 
         step = 1.0 / self.fine.grid.pixels_per_unit
         origin = (0.0,) * 5
-        best = self.fine.agreement_of(drawn(origin))
-        x, best = polished(drawn, self.fine, origin, best, (step if pinned else 0.0, step, step, 100 * step, 2 * step if self.scale else 0.0))
+        steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step if self.scale else 0.0)
+        x, best = polished(drawn, self.fine, origin, self.fine.agreement_of(drawn(origin)), steps)
         return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 
-    def _vertex_lines(self, found: FoldFound) -> Iterator[tuple[Line, Point]]:
+    def _through_vertices(self, found: FoldFound) -> Iterator["Family"]:
         """Lines near the found one through one existing vertex, to be turned about it."""
         line = found.moving.line
         for p in self._near_points(found, 0.02):
-            yield Line(line.nx, line.ny, line.nx * p[0] + line.ny * p[1]), p
+            yield Family(Line(line.nx, line.ny, line.nx * p[0] + line.ny * p[1]), pinned=p)
+
+    def _parallels(self, found: FoldFound) -> Iterator["Family"]:
+        """Lines near the found one that are parallel or square to an edge, to be shifted."""
+        line = found.moving.line
+        x, y = _middle(*self._handles(found.moving))
+        for nx, ny in self.directions:
+            along = nx * line.nx + ny * line.ny
+            if abs(along) > _PARALLEL:
+                sign = 1.0 if along > 0 else -1.0
+                yield Family(Line(sign * nx, sign * ny, sign * (nx * x + ny * y)), shifts=True)
 
     def _near_points(self, found: FoldFound, reach: float) -> list[Point]:
         """Vertices within reach of the crease, by distance."""

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line
+from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
 from folding_server.vision.solver.scene import Mask, Scene
 
@@ -52,6 +52,16 @@ def _edge_lines(paper: Paper) -> Lines:
             nx, ny = -(qy - py) / length, (qx - px) / length
             rows.append((nx, ny, nx * px + ny * py))
     return np.array(rows)
+
+
+def edge_directions(paper: Paper) -> list[Point]:
+    """The unit normals of lines parallel or square to an edge as it lies now, near-equal ones once."""
+    kept: list[Point] = []
+    for nx, ny, _ in _edge_lines(paper).tolist():
+        for x, y in ((nx, ny), (-ny, nx)):
+            if all(abs(x * kx + y * ky) < 1 - SAME**2 / 2 for kx, ky in kept):
+                kept.append((x, y))
+    return kept
 
 
 def _bisectors(edges: Lines) -> Lines:

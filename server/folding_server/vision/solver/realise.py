@@ -1,6 +1,7 @@
 """From a predicted fold to the actions that make it: which vertices to name, which to add."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import combinations
 from math import dist
 
@@ -9,13 +10,13 @@ from folding_schemas.actions import Action, AddVertex, Direction, Fold
 from folding_server.errors import ActionRefused
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point
+from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between
 from folding_server.vision.solver.leaves import NEAR, MovingSet
 
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
 NICE_REACH = 0.0015
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
-MOST_WAYS = 3
+MOST_WAYS, MOST_TRIES = 3, 16
 AT_VERTEX = 0.004
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
@@ -26,15 +27,14 @@ def realise(paper: Paper, moving: MovingSet) -> list[tuple[tuple[Action, ...], P
     One way if it turns just those layers; otherwise every way found that turns others, for the photo to decide.
     """
     others: list[tuple[tuple[Action, ...], Paper]] = []
-    for face in _starting_faces(paper, moving):
-        for actions in _ways(paper, face, moving.line):
-            try:
-                folded = _applied(paper, actions)
-            except ActionRefused:
-                continue
-            if _matches(paper, folded, moving):
-                return [(actions, folded)]
-            others.append((actions, folded))
+    for actions in _ways(paper, moving):
+        try:
+            folded = _applied(paper, actions)
+        except ActionRefused:
+            continue
+        if _matches(paper, folded, moving):
+            return [(actions, folded)]
+        others.append((actions, folded))
     return others[:MOST_WAYS]
 
 
@@ -52,39 +52,58 @@ def _applied(paper: Paper, actions: tuple[Action, ...]) -> Paper:
     return paper
 
 
+@dataclass(frozen=True)
+class Meeting:
+    """Where the line meets an edge: an existing vertex, or one to add; ``along`` is its coordinate on the line."""
+
+    vertex: int | None
+    added: AddVertex | None
+    along: float
+
+
+def _ways(paper: Paper, moving: MovingSet) -> Iterator[tuple[Action, ...]]:
+    """Folds through two points of the line, those with the fewest new vertices first, then the farthest apart."""
+    met = [m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line)]
+    pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
+    pairs.sort(key=lambda ab: ((ab[0].added is not None) + (ab[1].added is not None), -abs(ab[0].along - ab[1].along)))
+    for first, second in pairs[:MOST_TRIES]:
+        yield _fold_through(paper, first, second, moving.line)
+
+
+def _once(met: list[Meeting]) -> list[Meeting]:
+    """Meetings without repeats: a vertex or an edge is named once."""
+    named: dict[object, Meeting] = {}
+    for m in met:
+        named.setdefault(m.vertex if m.added is None else frozenset(m.added.edge), m)
+    return list(named.values())
+
+
+def _fold_through(paper: Paper, first: Meeting, second: Meeting, line: Line) -> tuple[Action, ...]:
+    """The actions that add what vertices are missing and fold."""
+    added = [m.added for m in (first, second) if m.added is not None]
+    fresh = iter(range(max(paper.places) + 1, max(paper.places) + 3))
+    u, v = (next(fresh) if m.vertex is None else m.vertex for m in (first, second))
+    return (*added, Fold(edge=(u, v), direction=_direction(paper, added, (u, v), line)))
+
+
 def _starting_faces(paper: Paper, moving: MovingSet) -> list[int]:
     """The seed, then the other moving faces, topmost first."""
     return [moving.seed, *(f for f in reversed(paper.order) if f in moving.faces and f != moving.seed)]
 
 
-def _ways(paper: Paper, face: int, line: Line) -> Iterator[tuple[Action, ...]]:
-    """Folds through two points where a line meets a face's boundary; vertices are added where it has none."""
-    new = max(paper.places)
-    for first, second in combinations(_meetings(paper, face, line), 2):
-        actions: list[Action] = []
-        ends: list[int] = []
-        for meeting in (first, second):
-            if isinstance(meeting, int):
-                ends.append(meeting)
-            else:
-                actions.append(meeting)
-                ends.append(new + len(actions))
-        yield (*actions, Fold(edge=(ends[0], ends[1]), direction=_direction(paper, actions, (ends[0], ends[1]), line)))
-
-
-def _meetings(paper: Paper, face: int, line: Line) -> list[int | AddVertex]:
+def _meetings(paper: Paper, face: int, line: Line) -> Iterator[Meeting]:
     """Where a line meets a face's boundary: vertices on it or nearly so, else points to add."""
     cycle = paper.faces[face]
     near = {v for v in cycle if abs(line.distance(paper.positions[v])) <= AT_VERTEX}
-    met: list[int | AddVertex] = []
     for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
-        if u in near:
-            met.append(u)
         p, q = paper.positions[u], paper.positions[v]
+        if u in near:
+            yield Meeting(u, None, line.ny * p[0] - line.nx * p[1])
         before, after = line.distance(p), line.distance(q)
         if before * after < 0 and not _ends_near(near, (u, v), p, q, before / (before - after)):
-            met.append(AddVertex(edge=(u, v), position=nice_fraction(before / (before - after), dist(p, q))))
-    return met
+            x, y = between(p, q, before / (before - after))
+            fraction = nice_fraction(before / (before - after), dist(p, q))
+            yield Meeting(None, AddVertex(edge=(u, v), position=fraction), line.ny * x - line.nx * y)
 
 
 def _ends_near(near: set[int], edge: Edge, p: Point, q: Point, fraction: float) -> bool:
@@ -103,7 +122,7 @@ def nice_fraction(fraction: float, length: float) -> float:
     return min(max(round(fraction, 3), margin), 1 - margin)
 
 
-def _direction(paper: Paper, added: list[Action], ends: Edge, line: Line) -> Direction:
+def _direction(paper: Paper, added: list[AddVertex], ends: Edge, line: Line) -> Direction:
     """The direction that moves the side a line's normal points to, as ``fold`` reads it off its two vertices."""
     for action in added:
         paper = apply(paper, action)
