@@ -56,7 +56,7 @@ Shot = Rest | Hold | Work
 class Camera:
     """How a clip is taken: pictures a second (or steps that repeat, in milliseconds), size, grain, flicker."""
 
-    rate: int = 30
+    rate: int = 20
     steps: tuple[int, ...] = ()
     width: int = 320
     height: int = 240

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from folding_server.errors import PhotoError
-from folding_server.frames.differences import border_ring, difference, regions, usual
+from folding_server.frames.hands import know_scene
 from folding_server.frames.stillness import Still, Watched, watch
 from folding_server.frames.video import Moment, Video, open_video
 
@@ -16,8 +16,6 @@ STILL_SECONDS = 0.4
 HELD_SECONDS = 1.0
 """How long hands must rest for a moment with hands in the picture to count as a keyframe of its own."""
 CHANGED_PART = 0.001
-TOUCHED_PART = 0.02
-_BORDER_SAMPLES = 120
 
 Progress = Callable[[float], None]
 """Told the part of the video seen so far, 0 to 1."""
@@ -41,33 +39,20 @@ def propose_keyframes(
 
 
 def choose(watched: Watched) -> list[Still]:
-    """The still spans that show new states of the paper, in order."""
+    """The still spans that show new states of the paper, in order; at least one span must be given."""
+    scene = know_scene(watched)
+    least = CHANGED_PART * scene.table.shape[0] * scene.table.shape[1]
     chosen: list[tuple[Still, bool]] = []
-    for still, free in zip(watched.stills, _hands_free(watched), strict=True):
-        if not free and still.seconds < HELD_SECONDS and chosen:
+    for still, free in zip(watched.stills, scene.free, strict=True):
+        if not chosen:
+            chosen.append((still, free))
+        elif not free and still.seconds < HELD_SECONDS:
             continue
-        if not chosen or _changed(*chosen[-1], still, free):
+        elif scene.changed(chosen[-1][0].picture, still.picture, least, free=free and chosen[-1][1]):
             chosen.append((still, free))
         elif free and not chosen[-1][1]:
             chosen[-1] = still, free
     return [still for still, _ in chosen]
-
-
-def _hands_free(watched: Watched) -> list[bool]:
-    """For each span, whether the border of its picture looks as it mostly does."""
-    picture = watched.stills[0].picture
-    ring = border_ring(picture.shape)
-    step = -(-len(watched.border) // _BORDER_SAMPLES)
-    bare = usual(watched.border[::step])[None]
-    parts = [float(difference(bare, still.picture[ring][None]).mean()) for still in watched.stills]
-    return [part < TOUCHED_PART for part in parts]
-
-
-def _changed(before: Still, before_free: bool, after: Still, after_free: bool) -> bool:
-    """Whether the paper differs; differences that reach the border are hands if either span has some."""
-    height, width = after.picture.shape[:2]
-    ring = None if before_free and after_free else border_ring(after.picture.shape)
-    return regions(difference(before.picture, after.picture), CHANGED_PART * height * width, ring) > 0
 
 
 def _told(clip: Video, moments: Iterable[Moment], progress: Progress | None) -> Iterator[Moment]:

@@ -1,0 +1,178 @@
+"""Keyframes proposed from films whose resting moments are known, and the folders written from them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from paths import SHARED
+from PIL import Image
+from videos import HOUSE, KITE, SQUARE, TAB, TRIANGLE, Camera, Clip, Hold, Rest, Work, encode, write_clip
+
+from folding_server.errors import PhotoError
+from folding_server.frames.differences import difference, regions, soften
+from folding_server.frames.keyframes import propose_keyframes
+from folding_server.frames.sequence_writer import Paper, keyframes_command, write_sequence
+from folding_server.frames.sequences import Library, load_sequence
+
+FOLDS = (
+    Rest(SQUARE),
+    Work(SQUARE, TRIANGLE),
+    Rest(TRIANGLE),
+    Work(TRIANGLE, KITE),
+    Rest(KITE),
+    Work(KITE, HOUSE),
+    Rest(HOUSE),
+    Work(HOUSE, TAB),
+    Rest(TAB),
+)
+
+
+def shots_of(clip: Clip, keyframes: list[int]) -> list[int]:
+    """The shot in which each keyframe lies."""
+    return [next(number for number, shot in enumerate(clip.shots) if index in shot) for index in keyframes]
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        Camera(),
+        Camera(grain=6.0, flicker=0.06),
+        Camera(turned=90),
+        Camera(steps=(20, 33, 70, 41)),
+        Camera(steps=(120, 200)),
+    ],
+    ids=["plain", "grainy and flickering", "turned", "variable rate", "five a second"],
+)
+def test_each_resting_state_is_a_keyframe(tmp_path: Path, camera: Camera) -> None:
+    shots = FOLDS if camera == Camera() else FOLDS[:5]
+    clip = write_clip(tmp_path / "clip.mp4", shots, camera)
+    assert shots_of(clip, propose_keyframes(clip.path)) == list(range(0, len(shots), 2))
+
+
+def test_hands_that_change_nothing_make_no_keyframe(tmp_path: Path) -> None:
+    shots = [
+        Rest(SQUARE), Work(SQUARE, SQUARE), Rest(SQUARE),
+        Work(SQUARE, TRIANGLE), Rest(TRIANGLE), Work(TRIANGLE, TRIANGLE), Rest(TRIANGLE),
+    ]  # fmt: skip
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 4]
+
+
+def test_a_state_is_shown_without_the_hand_where_the_film_ever_does(tmp_path: Path) -> None:
+    shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Hold(TRIANGLE, seconds=1.5), Rest(TRIANGLE)]
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3]
+
+
+def test_a_state_seen_only_under_a_resting_hand_counts(tmp_path: Path) -> None:
+    shots = [
+        Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE),
+        Work(TRIANGLE, HOUSE), Hold(HOUSE, seconds=2.0), Work(HOUSE, SQUARE), Rest(SQUARE),
+    ]  # fmt: skip
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4, 6]
+
+
+def test_a_state_that_returns_is_a_keyframe_again(tmp_path: Path) -> None:
+    shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE), Work(TRIANGLE, SQUARE), Rest(SQUARE)]
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4]
+
+
+def test_rests_shorter_than_asked_for_are_passed_over(tmp_path: Path) -> None:
+    shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE, 0.5), Work(TRIANGLE, HOUSE), Rest(HOUSE)]
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4]
+    assert shots_of(clip, propose_keyframes(clip.path, still_seconds=0.9)) == [0, 4]
+
+
+def test_a_film_that_never_rests_says_so(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    path = tmp_path / "snow.mp4"
+    blocks = (random.integers(0, 255, (6, 8, 3), np.uint8).repeat(16, 0).repeat(16, 1) for _ in range(45))
+    encode(path, blocks, [n / 30 for n in range(45)])
+    with pytest.raises(PhotoError, match=r"nothing in snow\.mp4 lies still for 0\.4 seconds"):
+        propose_keyframes(path)
+
+
+def test_progress_is_told_and_ends_at_the_end(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE, 2.0)])
+    told: list[float] = []
+    assert len(propose_keyframes(clip.path, progress=told.append)) == 1
+    assert told == sorted(told)
+    assert 0.9 < told[-1] <= 1.0
+
+
+def test_ray_traced_paper_is_told_apart_frame_by_frame(tmp_path: Path) -> None:
+    sequence = load_sequence(SHARED / "photos/rendered/how_to_make_an_easy_origami_tulip_stem")
+    photos = [sequence.source.read(index, 320) for index in sequence.keyframes]
+    frames = [photo if beat < 12 else np.roll(photo, 30 * beat, axis=1) for photo in photos for beat in range(18)]
+    encode(tmp_path / "tulip.mp4", iter(frames), [n / 15 for n in range(len(frames))])
+    found = propose_keyframes(tmp_path / "tulip.mp4")
+    assert [(index // 18, index % 18 < 12) for index in found] == [(frame, True) for frame in range(9)]
+
+
+def test_a_change_of_light_or_grain_is_no_difference() -> None:
+    random = np.random.default_rng(1)
+    scene = np.repeat(np.linspace(60, 200, 160)[None, :, None], 120, axis=0).repeat(3, axis=2)
+    first = soften((scene + random.normal(0, 3, scene.shape)).astype(np.uint8))
+    second = soften((scene * 0.85 + random.normal(0, 3, scene.shape)).astype(np.uint8))
+    assert regions(difference(first, second), 10) == 0
+    second[40:60, 40:60] += 60
+    assert regions(difference(first, second), 10) == 1
+
+
+def test_the_written_folder_is_a_sequence_with_images_in_between(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "boat.mp4", FOLDS[:5])
+    told = Paper(front_color="white", back_color="blue")
+    report = keyframes_command(clip.path, tmp_path / "sequences" / "boat", paper=told)
+    sequence = Library([tmp_path / "sequences"]).open("boat")
+    assert sequence.keyframes == report.keyframes
+    assert shots_of(clip, list(report.keyframes)) == [0, 2, 4]
+    assert (sequence.front_color, sequence.back_color) == ("white", "blue")
+    assert len(sequence.between(2)) == len(sequence.between(3)) == 5
+    assert sequence.filmstrip(2).caption.startswith("5 of the images")
+    assert sequence.photo(1)[120, 160].min() > 200
+    assert report.seconds == pytest.approx([index / 20 for index in report.keyframes], abs=0.01)
+    sheet = np.asarray(Image.open(report.contact_sheet))
+    assert max(sheet.shape) <= 2000
+    assert (sheet == (176, 42, 32)).all(axis=2).sum() > 3000
+
+
+def test_chosen_images_are_written_as_they_are(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE, 2.0)])
+    report = keyframes_command(clip.path, tmp_path / "out", indices=[3, 5, 40])
+    assert report.keyframes == (3, 5, 40)
+    manifest = json.loads((tmp_path / "out/keyframes.json").read_text())
+    assert manifest == {"name": "clip", "frames": "frames", "keyframes": [3, 5, 40]}
+    names = sorted(path.name for path in (tmp_path / "out/frames").iterdir())
+    assert names[:3] == ["000003.jpg", "000004.jpg", "000005.jpg"]
+    assert len(names) == 9
+
+
+@pytest.mark.parametrize(
+    ("indices", "paper", "sentence"),
+    [
+        ([], Paper(), "no keyframes are named"),
+        ([5, 5], Paper(), "keyframes must increase, but 5 comes after 5"),
+        ([5, 900], Paper(), r"image 900 is not in clip\.mp4"),
+        ([5], Paper(front_color="reddish"), "the colour 'reddish' is not known"),
+        ([5], Paper(name="../x"), "is a path"),
+    ],
+)
+def test_a_refused_sequence_leaves_nothing_behind(
+    tmp_path: Path, indices: list[int], paper: Paper, sentence: str
+) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE)])
+    with pytest.raises(PhotoError, match=sentence):
+        write_sequence(clip.path, tmp_path / "out", indices, paper=paper)
+    assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
+
+
+def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE)])
+    with pytest.raises(PhotoError, match="already holds something: name a new or empty folder"):
+        keyframes_command(clip.path, tmp_path, indices=[1])
+    (tmp_path / "empty").mkdir()
+    assert keyframes_command(clip.path, tmp_path / "empty", indices=[1]).keyframes == (1,)
