@@ -8,14 +8,24 @@ import logging
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, Optional
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Optional
 
 import typer
 
 from folding_server.errors import FoldingError
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+if TYPE_CHECKING:
+    from folding_schemas.actions import Program
+    from folding_server.simulator import Paper
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")]
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="A folding program (JSON).")]
+Out = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The sequence folder to write.")]
+
+
+def _file(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
+    """An option that names a file to write."""
+    return typer.Option(metavar="FILE", help=f"Write {what}.")
 
 app = typer.Typer(
     add_completion=False,
@@ -84,6 +94,161 @@ def serve(
             from folding_server.app import FoldingServer
 
             FoldingServer(desk).run("stdio")
+
+
+@app.command()
+def simulate(
+    program: ProgramFile,
+    state: Annotated[Optional[Path], _file("the final state as JSON")] = None,
+    fold: Annotated[Optional[Path], _file("the final state as FOLD")] = None,
+    cp: Annotated[Optional[Path], _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")] = None,
+    svg: Annotated[Optional[Path], _file("the diagram as SVG")] = None,
+    png: Annotated[Optional[Path], _file("the diagram as PNG")] = None,
+    every_step: Annotated[
+        Optional[Path], typer.Option(metavar="DIR", help="Write state, SVG and PNG of every step.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run a folding program and write what it leads to."""
+    from folding_server.simulate import simulate as run
+    from folding_server.simulator import folded_state
+
+    folding = _program(program)
+    paper = run(folding, every_step, say=None if as_json else typer.echo)
+    drawing = "crease-pattern-svg" if cp and cp.suffix.lower() == ".svg" else "crease-pattern"
+    wanted = {"state": state, "fold": fold, drawing: cp, "svg": svg, "png": png}
+    written = {kind: _write(file, _content(paper, kind, folding)) for kind, file in wanted.items() if file}
+    if every_step:
+        written["every-step"] = str(every_step)
+    if as_json:
+        report = {"name": folding.name, "steps": len(folding.steps), "written": written}
+        _print_json({**report, "state": folded_state(paper).model_dump(mode="json")})
+    else:
+        for file in written.values():
+            typer.echo(f"wrote {file}")
+
+
+@app.command()
+def check(
+    pattern: Annotated[Path, typer.Argument(metavar="FILE.fold", help="A crease pattern as FOLD.")],
+    as_json: Json = False,
+) -> None:
+    """Check whether a crease pattern folds flat; exit 1 if it does not."""
+    from folding_server.interchange.fold_reading import read_crease_pattern
+    from folding_server.simulator.foldability import check_pattern
+    from folding_server.tools.findings import foldability
+
+    found = foldability(check_pattern(read_crease_pattern(_text(pattern))))
+    if as_json:
+        _print_json(found.model_dump(mode="json"))
+    else:
+        typer.echo(found.reason)
+        for violation in found.violations:
+            typer.echo(f"vertex {violation.vertex}: {violation.condition}: {violation.detail}")
+    if not found.foldable:
+        raise typer.Exit(1)
+
+
+@app.command()
+def photograph(
+    program: ProgramFile,
+    out: Out,
+    seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same photos.")] = 0,
+    level: Annotated[int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")] = 1,
+    as_json: Json = False,
+) -> None:
+    """Render photo-like keyframes of a folding program, with ground truth."""
+    from folding_server.photographer.photographing import photograph as render
+
+    told = _Told("photographing")
+    made = render(_program(program), out, seed, level, progress=lambda done, frames: told.tell(done / frames))
+    if as_json:
+        _print_json({"folder": str(made.folder), "name": made.name, "frames": made.frames})
+    else:
+        typer.echo(f"wrote {made.frames} frames to {made.folder}")
+
+
+@app.command()
+def keyframes(
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="A video of one sheet being folded.")],
+    out: Out,
+    as_json: Json = False,
+) -> None:
+    """Propose the keyframes of a video and write them as a sequence."""
+    from folding_server.frames.sequence_writer import keyframes_command
+
+    report = keyframes_command(video, out, progress=_Told("watching").tell)
+    if as_json:
+        _print_json(
+            {
+                "folder": str(report.folder),
+                "keyframes": list(report.keyframes),
+                "seconds": [round(second, 3) for second in report.seconds],
+                "contact_sheet": str(report.contact_sheet),
+            }
+        )
+    else:
+        typer.echo(f"wrote {len(report.keyframes)} keyframes to {report.folder}")
+        typer.echo(f"look them over in {report.contact_sheet}")
+
+
+class _Told:
+    """Progress on stderr: one line that fills up on a terminal, a line at every quarter elsewhere."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._quarter = 0
+
+    def tell(self, part: float) -> None:
+        """Say what part of the work is done, 0 to 1."""
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r{self._what}: {part:.0%}" + ("\n" if part >= 1 else ""))
+            sys.stderr.flush()
+        elif int(4 * part) > self._quarter:
+            self._quarter = int(4 * part)
+            sys.stderr.write(f"{self._what}: {part:.0%}\n")
+
+
+def _program(path: Path) -> "Program":
+    """The program in a file, which may be one of a published figure."""
+    from folding_server.interchange.programs import load_published
+
+    return load_published(_text(path)).program
+
+
+def _content(paper: "Paper", kind: str, program: "Program") -> str | bytes:
+    """The final state in one of the formats of ``simulate``."""
+    from folding_server.diagram.colors import colors_of
+    from folding_server.interchange.export import export
+    from folding_server.simulator import folded_state
+
+    if kind == "state":
+        return folded_state(paper).model_dump_json(indent=1) + "\n"
+    return export(paper, kind, colors_of(program.front_color, program.back_color), program).content
+
+
+def _text(path: Path) -> str:
+    """The text of a file. FoldingError if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FoldingError(f"{path} cannot be read ({error.strerror}); give the path of a text file.") from error
+    except UnicodeDecodeError as error:
+        raise FoldingError(f"{path} is not a text file; give a JSON file.") from error
+
+
+def _write(path: Path, content: str | bytes) -> str:
+    """Write a file and give its path as text. FoldingError if it cannot be written."""
+    try:
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    except OSError as error:
+        raise FoldingError(f"{path} cannot be written ({error.strerror}); give another file.") from error
+    return str(path)
+
+
+def _print_json(document: Any) -> None:  # noqa: ANN401 - any JSON
+    """The one document of ``--json``."""
+    typer.echo(json.dumps(document, ensure_ascii=False))
 
 
 def _data_folder() -> Path:
