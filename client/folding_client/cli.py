@@ -13,6 +13,7 @@ import typer
 from pydantic import ValidationError
 from rich.console import Console
 
+from folding_client.batch import Line, Listener, run_batch, sequences_of
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
@@ -25,6 +26,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_
 Answer = TypeVar("Answer")
 EXIT_STOPPED = 3
 _SHOWN = 20
+_DONE = frozenset({"complete", "skipped"})
 EXIT_INTERRUPTED = 130
 
 
@@ -88,6 +90,39 @@ def replay_command(
         typer.echo(f"{found.calls} calls replayed, {len(found.differences)} answered differently.")
     if found.differences:
         raise typer.Exit(1)
+
+
+@app.command("batch")
+def batch_command(
+    source: Annotated[Path, typer.Argument(help="Folder of sequences, or a file that lists sequence folders.")],
+    model: Annotated[str | None, typer.Option(help="As for run.")] = None,
+    critic: Annotated[str | None, typer.Option(help="As for run.")] = None,
+    selector: Annotated[str | None, typer.Option(help="As for run.")] = None,
+    variant: Annotated[str | None, typer.Option(help="As for run.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Sequences at a time.")] = 1,
+    out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+) -> None:
+    """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
+    settings = _settings({"model": model, "critic": critic, "selector": selector, "variant": variant})
+    lines = _finish(run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken()))
+    if as_json:
+        typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
+    else:
+        done = sum(line.status in _DONE for line in lines)
+        typer.echo(f"{done} of {len(lines)} sequences complete: {out}")
+    if any(line.status not in _DONE for line in lines):
+        raise typer.Exit(EXIT_STOPPED)
+
+
+class _Spoken(Listener):
+    """Says on stderr how each sequence ended."""
+
+    def ended(self, line: Line) -> None:
+        """One line per sequence."""
+        reason = f": {line.reason}" if line.reason else ""
+        typer.echo(f"{line.sequence}: {line.status}, {line.frames_saved} of {line.frames} frames, "
+                   f"{line.seconds:.1f} s{reason}", err=True)
 
 
 def _settings(given: dict[str, Any]) -> Settings:

@@ -19,7 +19,7 @@ from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import FORMAT, Recorder
 from folding_client.server import FoldingServer
 from folding_client.settings import ROLES, Settings
-from folding_schemas.results import RunInfo
+from folding_schemas.results import CheckpointRestored, RunInfo
 
 
 @dataclass(frozen=True)
@@ -133,11 +133,20 @@ async def _opened(job: Job, server: FoldingServer, recorder: Recorder) -> RunInf
         info = await server.open_run(job.sequence.name, recorder.about.get("run_id"))
     except ToolRefused as refusal:
         raise UsageError(str(refusal)) from refusal
+    if job.resumes and info.pending:
+        info = await _back_at_its_checkpoint(server, info)
     recorder.about |= {"run_id": info.run_id, "server_version": server.version}
     recorder.about["sequence"] |= {"frames": info.frames}
     recorder.event("resumed" if job.resumes else "opened", run_id=info.run_id, saved=info.saved)
     recorder.outcome("running", "", len(info.saved), info.frames)
     return info
+
+
+async def _back_at_its_checkpoint(server: FoldingServer, info: RunInfo) -> RunInfo:
+    """The run without the actions of the step that was cut short."""
+    base = (info.next_frame or info.frames + 1) - 1
+    await server.ask(CheckpointRestored, "restore_checkpoint", frame=base)
+    return await server.where()
 
 
 async def _save_what_is_there(server: FoldingServer, recorder: Recorder) -> None:

@@ -5,7 +5,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
@@ -16,13 +16,17 @@ Body = dict[str, Any]
 
 @dataclass(frozen=True)
 class Says:
-    """A reply of the model: text, tool calls as (name, arguments), thinking; ``finish`` in the provider's words."""
+    """A reply of the model: text, tool calls as (name, arguments), thinking; ``finish`` in the provider's words.
+
+    ``meanwhile`` is done before it is sent.
+    """
 
     text: str = ""
     calls: Sequence[tuple[str, Body | str]] = ()
     thinking: str = ""
     finish: str | None = None
     cached: int = 0
+    meanwhile: Callable[[], object] = lambda: None
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ class Provider:
         self._server.server_close()
         self._thread.join()
         if kind is None:
-            assert self.problems == []
+            assert not self.problems, self.problems
 
     def next_turn(self, path: str, body: Body, headers: dict[str, str]) -> Turn:
         """The turn for a request, which is checked and kept. A request beyond the script is a problem."""
@@ -120,6 +124,7 @@ def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
             turn = provider.next_turn(self.path, body, {k.lower(): v for k, v in self.headers.items()})
             match turn:
                 case Says():
+                    turn.meanwhile()
                     self._send(200, provider.answer(turn, len(provider.received)))
                 case Fails():
                     self._send(turn.status, provider.error(turn), turn.headers)

@@ -21,6 +21,8 @@ Calls = list[tuple[str, dict[str, object]]]
 Step = Generator[Calls, list[Message], None]
 
 PROPOSALS = 6
+PLAUSIBLE = 0.05
+"""A proposal is tried if its agreement is at most so much below the best one's."""
 FIRST_TRIES = 3
 """Proposals tried when a frame is first reached; the rest of the budget is for coming back to it."""
 
@@ -34,6 +36,7 @@ class GeometricModel:
     _memory: Memory = field(default_factory=Memory)
     _step: Step | None = None
     _asked: int = 0
+    _trouble: str = ""
 
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
         """The next calls, given the results of the last ones; a context without a reply begins a step."""
@@ -94,7 +97,8 @@ class GeometricModel:
             return
         best = self._memory.best(info.next_frame or 0)
         if best is None:
-            message = f"Nothing that the server proposes for frame {info.next_frame} can be carried out; check its photo."
+            message = (f"Nothing that the server proposes for frame {info.next_frame} can be carried out and compared"
+                       f"{self._trouble}; check its photo.")
             raise StepHopeless(message)
         if best == last:
             yield _save(best)
@@ -115,7 +119,9 @@ class GeometricModel:
                 message = f"The server proposes nothing for frame {frame}: {answer.text}"
                 raise StepHopeless(message)
             self._memory.proposals[key] = tuple(Proposals.model_validate(answer.structured).proposals)
-        return [tuple(proposal.actions) for proposal in self._memory.untried(*key)]
+        best = max((proposal.agreement for proposal in self._memory.proposals[key]), default=0.0)
+        return [tuple(proposal.actions) for proposal in self._memory.untried(*key)
+                if proposal.agreement >= best - PLAUSIBLE]
 
     def _try(self, info: RunInfo, actions: Actions) -> Generator[Calls, list[Message], Trial]:
         """Carry actions out, compare, and remember how it went."""
@@ -123,6 +129,8 @@ class GeometricModel:
         calls: Calls = [(action.action, action.model_dump(mode="json", exclude_none=True, exclude={"action"}))
                         for action in actions]
         *acted, compared = yield [*calls, ("compare_to_frame", {"frame": frame})]
+        refusals = [result.text for result in (*acted, compared) if result.is_error]
+        self._trouble = f" ({refusals[0]})" if refusals else self._trouble
         comparison = None if any(result.is_error for result in acted) else _comparison(compared)
         matches = comparison is not None and comparison.verdict == "MATCH"
         if matches and self.consults:
