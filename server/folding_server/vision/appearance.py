@@ -29,10 +29,10 @@ class Look:
 
     surfaces: tuple[Surface, ...]
 
-    def cost(self, lab: Image, grid: Grid, plate: Image | None = None) -> Image:
-        """How badly each pixel fits, (rows, cols), in nats; ``plate`` gives the expected colours pixel by pixel."""
-        costs = [_cost(lab, s.on(*coordinates(grid)) if plate is None else plate, s.covariance) for s in self.surfaces]
-        return np.minimum.reduce(costs)
+    def cost(self, lab: Image, grid: Grid, shadows: bool = True) -> Image:
+        """How badly each pixel fits, (rows, cols), in nats; without ``shadows`` only plain light counts."""
+        columns, rows = coordinates(grid)
+        return np.minimum.reduce([pixel_cost(lab, s.on(columns, rows), s.covariance, shadows) for s in self.surfaces])
 
     def strangeness(self, lab: Image, grid: Grid) -> Image:
         """Distance in Lab of each pixel from the nearest lit or shaded colour of the class, (rows, cols)."""
@@ -48,10 +48,12 @@ def _shaded_distance(lab: Image, expected: Image) -> Image:
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", residual, residual)), np.float32)
 
 
-def _cost(lab: Image, expected: Image, covariance: Floats) -> Image:
+def pixel_cost(lab: Image, expected: Image, covariance: Floats, shadows: bool = True) -> Image:
     """Half the squared Mahalanobis distance, or the cost of a shadow of the expected colour if that is less."""
     inverse = np.linalg.inv(covariance + np.diag(LAB_FLOOR)).astype(np.float32)
     lit = _quadratic(lab - expected, inverse)
+    if not shadows:
+        return lit
     black = np.array([16, 0, 0], np.float32)
     ray, seen = expected + black, lab + black
     share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)

@@ -19,7 +19,7 @@ Mask = npt.NDArray[np.uint8]
 
 MATCHING_AGREEMENT = 0.965
 """Share of agreeing pixels that a match needs."""
-DIVERGED_AGREEMENT = 0.75
+DIVERGED_AGREEMENT = 0.5
 """Share of agreeing pixels below which the state is another model altogether."""
 MATCHING_WIDTH = 0.035
 """Sheet units that the widest disagreement of a match may measure across."""
@@ -158,11 +158,11 @@ def _regions(
             here,
             there,
             float(stats[i, cv2.CC_STAT_AREA]) / pixels_per_unit**2,
-            float(2 * deepest[i] - 1) / pixels_per_unit,
+            float(2 * deepest[i] - 0.5) / pixels_per_unit,
             _place(centroids[i], frame),
         )
         for i in range(1, count)
-        if 2 * deepest[i] - 1 > BORDER_NOISE * pixels_per_unit
+        if 2 * deepest[i] - 0.5 > BORDER_NOISE * pixels_per_unit
     ]
 
 

@@ -33,17 +33,42 @@ SAME_COLOUR = 7.0
 """Distance in Lab below which two sides look alike."""
 NEW_COLOUR = 10.0
 """Cost, in nats, above which a pixel is a colour not yet known."""
+CLUSTERS = 4
+FEWEST = 30
+"""Pixels that a colour must have to count."""
+GOOD_DEAL = 0.02
+"""Area, in sheet units squared, that a colour must cover in a photo to be more than an accident."""
+OFTEN = 0.4
+"""Share of the photos in which a darker shade must cover a good deal to be paper and no shadow."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is known of unexplained pixels beside their colour, each (N,)."""
+
+    skin: Bools
+    entering: Bools
+    shaded: Bools
+    frame: npt.NDArray[np.int64]
+
+    def only(self, chosen: Bools) -> "Marks":
+        """The marks of some of the pixels."""
+        return Marks(self.skin[chosen], self.entering[chosen], self.shaded[chosen], self.frame[chosen])
 
 
 @dataclass(frozen=True)
 class Group:
-    """One colour that appears in later photos: its mean and spread in Lab, and how it appears."""
+    """One colour that appears in later photos: its mean and spread in Lab, its share of all new pixels, and how much
+    of it is like skin, enters from outside, or is a darker shade of table or front; ``lasting`` is the share of the
+    later photos in which there is a good deal of it."""
 
     mean: Vector
     covariance: npt.NDArray[np.float64]
     weight: float
     skin: float
-    border: float
+    entering: float
+    shaded: float
+    lasting: float
 
 
 def learn(photos: Photos, pose: Pose) -> Palette:
@@ -133,27 +158,29 @@ def _linear_of(lab: Vector) -> Vector:
 
 def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[Group]:
     """Clusters of the colours that table and front do not explain."""
-    parts = [_new_pixels(photos, frame, pose, grid, first) for frame in _sampled_frames(photos.frame_count)]
+    frames = _sampled_frames(photos.frame_count)
+    parts = [_new_pixels(photos, frame, pose, grid, first) for frame in frames]
     pixels = np.concatenate([part[0] for part in parts]) if parts else np.zeros((0, 3), np.float32)
-    if len(pixels) < 60:
+    if len(pixels) < FEWEST:
         return
-    marks = np.concatenate([part[1] for part in parts])
+    marks = Marks(*(np.concatenate([getattr(part[1], name) for part in parts]) for name in Marks.__annotations__))
     criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 20, 0.3)
     cv2.setRNGSeed(1)
-    step = max(1, len(pixels) // 20_000)
-    sample, marks = np.ascontiguousarray(pixels[::step]), marks[::step]
-    _, numbers, _ = cv2.kmeans(sample, 4, None, criteria, 3, cv2.KMEANS_PP_CENTERS)
-    for k in range(4):
+    _, numbers, _ = cv2.kmeans(pixels, CLUSTERS, None, criteria, 2, cv2.KMEANS_PP_CENTERS)
+    for k in range(CLUSTERS):
         own = numbers.ravel() == k
-        if own.sum() >= 20:
-            yield _group(sample[own].astype(np.float64), marks[own], float(own.mean()))
+        if own.sum() >= FEWEST:
+            yield _group(pixels[own].astype(np.float64), marks.only(own), float(own.mean()), len(frames))
 
 
-def _group(colours: npt.NDArray[np.float64], marks: npt.NDArray[np.float32], share: float) -> Group:
+def _group(colours: npt.NDArray[np.float64], marks: Marks, share: float, frames: int) -> Group:
     mean = np.median(colours, axis=0)
     near = colours[np.linalg.norm(colours - mean, axis=1) < 18]
     covariance = np.cov(near.T) if len(near) > 10 else np.diag([30.0, 15.0, 15.0])
-    return Group(mean, covariance, share, float(marks[:, 0].mean()), float(marks[:, 1].mean()))
+    per_frame = np.bincount(marks.frame)
+    lasting = float((per_frame > GOOD_DEAL * COARSE**2).sum()) / frames
+    shares = (float(m.mean()) for m in (marks.skin, marks.entering, marks.shaded))
+    return Group(mean, covariance, share, *shares, lasting)
 
 
 def _sampled_frames(count: int) -> list[int]:
@@ -164,23 +191,28 @@ def _sampled_frames(count: int) -> list[int]:
 
 def _new_pixels(
     photos: Photos, frame: int, pose: Pose, grid: Grid, first: Palette
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Lab of the unexplained pixels of a photo, (N, 3), and whether each is skin, and enters from outside, (N, 2)."""
+) -> tuple[npt.NDArray[np.float32], Marks]:
+    """Lab of the pixels of a photo that neither table nor front in plain light explains, (N, 3), and their marks."""
     rgb, seen = pose.rectify(photos.photo(frame), grid)
     lab = to_lab(rgb)
-    new = seen & (class_costs(lab, grid, first).min(axis=-1) > NEW_COLOUR)
-    new = cv2.erode(new.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    lit = np.minimum.reduce([look.cost(lab, grid, shadows=False) for look in first.looks])
+    new = cv2.erode((seen & (lit > NEW_COLOUR)).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     edge = cv2.dilate((~seen).astype(np.uint8), np.ones((5, 5), np.uint8))
     edge[[0, 1, -1, -2]], edge[:, [0, 1, -1, -2]] = 1, 1
     _, numbered = cv2.connectedComponents(new.astype(np.uint8))
     entering = np.isin(numbered, np.unique(numbered[(edge > 0) & new]))
-    marks = np.stack([skin(rgb)[new], entering[new]], axis=-1).astype(np.float32)
-    return lab[new], marks
+    shaded = class_costs(lab, grid, first).min(axis=-1) <= NEW_COLOUR
+    count = int(new.sum())
+    return lab[new], Marks(skin(rgb)[new], entering[new], shaded[new], np.full(count, frame))
 
 
 def _likelihood(group: Group, hint: Vector | None) -> float:
-    """How much a colour behaves like the back of the sheet."""
+    """How much a colour behaves like the back of the sheet, 0 to 1.
+
+    A darker shade of what is known is a shadow unless it lasts; hands are skin and reach in from outside.
+    """
+    paper = group.weight * (1 - group.shaded * (1 - group.lasting if group.lasting > OFTEN else 1.0))
     if hint is None:
-        return group.weight * (1 - 0.8 * group.skin) * (1 - 0.9 * group.border)
+        return paper * (1 - 0.8 * group.skin) * (1 - 0.9 * group.entering)
     away = float(np.linalg.norm((group.mean - hint) * (0.6, 1.0, 1.0)))
-    return group.weight * (1 - 0.5 * group.border) * float(np.exp(-((away / 25.0) ** 2)))
+    return paper * (1 - 0.5 * group.entering) * float(np.exp(-((away / 25.0) ** 2)))

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from folding_server.vision.camera import scales_of
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import REACH, Grid, grid_over
+from folding_server.vision.inner_lines import inner_lines
 from folding_server.vision.labels import UNKNOWN, Labels
 from folding_server.vision.learning import learn
 from folding_server.vision.photos import Photos, Picture
@@ -89,7 +90,8 @@ class Eyes:
         grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST)), REACH)
         rgb, seen = self.pose.rectify(self.photos.photo(number), grid)
         found = segment(rgb, seen, grid, self.palette)
-        return _Working(rgb, found.shares, found.unknown, inner_lines(rgb, found.shares, found.unknown))
+        edges = inner_lines(rgb, found.shares, found.unknown, grid.pixels_per_unit)
+        return _Working(rgb, found.shares, found.unknown, edges)
 
     def _resampled(self, number: int, pixels_per_unit: float) -> SeenFrame:
         """The working pictures on the grid that was asked for."""
@@ -117,17 +119,3 @@ def see_sequence(photos: Photos) -> Eyes:
 def _drop_oldest(kept: dict, limit: int) -> None:  # type: ignore[type-arg]
     while len(kept) >= limit:
         del kept[next(iter(kept))]
-
-
-def inner_lines(rgb: Picture, shares: Image, unknown: npt.NDArray[np.bool_]) -> Image:
-    """Strength, 0 to 1, of lines inside the paper: thin dark or light ridges and steps of lightness."""
-    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    fine, coarse = cv2.GaussianBlur(grey, (0, 0), 1.0), cv2.GaussianBlur(grey, (0, 0), 4.0)
-    gradient = cv2.magnitude(cv2.Sobel(fine, cv2.CV_32F, 1, 0), cv2.Sobel(fine, cv2.CV_32F, 0, 1)) / 8
-    strength = gradient + np.abs(fine - coarse) * 0.5
-    paper = (shares[..., 0] < 0.5) & ~unknown
-    core = cv2.erode(paper.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-    if not core.any():
-        return np.zeros_like(grey)
-    low, high = np.percentile(strength[core], (50, 99.5))
-    return np.asarray(np.where(core, np.clip((strength - low) / max(high - low, 2.0), 0, 1), 0), np.float32)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.appearance import Look, coordinates
+from folding_server.vision.appearance import Look, coordinates, pixel_cost
 from folding_server.vision.colours import Image, skin, to_lab, to_linear
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
@@ -56,11 +56,11 @@ class Segmented:
     unknown: Bools
 
 
-def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette, plate: Image | None = None) -> Segmented:
+def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette) -> Segmented:
     """Segment a rectified photo whose pixels within the photo are ``seen``."""
     lab = to_lab(cv2.GaussianBlur(rgb, (3, 3), 0))
     tuned = adapt(lab, seen, grid, palette)
-    costs = class_costs(lab, grid, tuned, plate)
+    costs = class_costs(lab, grid, tuned)
     unknown = unexplained(lab, costs, rgb, grid, tuned) | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
@@ -69,11 +69,9 @@ def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette, plate: Imag
     return Segmented(_sharpen(labels, unknown | stray, rgb), unknown | stray)
 
 
-def class_costs(lab: Image, grid: Grid, palette: Palette, plate: Image | None = None) -> Image:
+def class_costs(lab: Image, grid: Grid, palette: Palette) -> Image:
     """The cost of each class at each pixel, (rows, cols, 2 or 3)."""
-    plates = (plate, None, None)
-    costs = [look.cost(lab, grid, plates[i]) for i, look in enumerate(palette.looks)]
-    return np.stack(costs, axis=-1)
+    return np.stack([look.cost(lab, grid) for look in palette.looks], axis=-1)
 
 
 def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
@@ -99,9 +97,7 @@ FARTHEST_SHIFT = 12.0
 
 def _sampled_cost(look: Look, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> Image:
     """A look's cost at sampled coordinates."""
-    from folding_server.vision.appearance import _cost  # noqa: PLC0415
-
-    return np.minimum.reduce([_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces])
+    return np.minimum.reduce([pixel_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces])
 
 
 def _tuned(

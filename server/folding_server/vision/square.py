@@ -12,7 +12,7 @@ from folding_server.errors import PhotoError
 from folding_server.vision.colours import Image, skin, to_lab
 from folding_server.vision.grid import Floats
 from folding_server.vision.photos import Picture
-from folding_server.vision.straight import refine_polygon
+from folding_server.vision.straight import edge_support, refine_polygon
 from folding_server.vision.surfaces import fit_surface
 
 Mask = npt.NDArray[np.uint8]
@@ -25,7 +25,9 @@ SMALLEST = 0.012
 """Share of the picture that the sheet must fill."""
 NOT_SQUARE = 0.14
 """Relative difference of the sides, and cosine of the corners, that still counts as a square."""
-STEEPEST = 0.6
+LEAST_SUPPORT = 0.6
+"""Share of every side along which the picture must show a sharp step."""
+STEEPEST = 0.72
 """Cosine of the largest angle at which the camera may look at the table."""
 
 
@@ -60,7 +62,7 @@ def find_square(rgb: Picture, where: str) -> Floats:
         ratio = np.array([small.shape[1] / rgb.shape[1], small.shape[0] / rgb.shape[0]])
         corners = _clockwise((np.asarray(shape.quad) + 0.5) / ratio - 0.5)
         corners = refine_polygon(rgb, corners, reach=max(4.0, 2.0 / scale))
-        if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE:
+        if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE and edge_support(rgb, corners) >= LEAST_SUPPORT:
             return corners
     raise PhotoError(f"{where} must show the flat, fully visible square sheet, but {_what(small, standing_out)}.")
 

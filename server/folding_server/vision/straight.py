@@ -3,12 +3,14 @@
 import cv2
 import numpy as np
 
-from folding_server.vision.colours import to_linear
+from folding_server.vision.colours import Image, to_linear
 from folding_server.vision.grid import Floats
 from folding_server.vision.photos import Picture
 
 _STEP = 0.25
 _POSITIONS = 160
+FAINTEST_STEP = 0.012
+"""Difference in linear light below which a side shows no step."""
 
 
 def refine_polygon(rgb: Picture, corners: Floats, reach: float, rounds: int = 3) -> Floats:
@@ -25,18 +27,45 @@ def refine_polygon(rgb: Picture, corners: Floats, reach: float, rounds: int = 3)
     return refined
 
 
-def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Floats:
-    """The line (nx, ny, offset) of one side; the side itself where the picture shows no edge."""
+def edge_support(rgb: Picture, corners: Floats) -> float:
+    """Share of the positions along the weakest side at which the picture has a sharp step there, 0 to 1."""
+    return min(_step_share(rgb, corners, i) for i in range(len(corners)))
+
+
+def _step_share(rgb: Picture, corners: Floats, index: int) -> float:
+    """The share of one side: most of the change from well inside to well outside happens close to the side."""
+    start, along, normal = _side(corners, index)
+    length = float(np.hypot(*along))
+    near, far = max(2.5, 0.008 * length), max(8.0, 0.03 * length)
+    colours = cv2.blur(_profiles(rgb, start, along, normal, np.array([-far, -near, near, far])), (1, 7))
+    whole = np.linalg.norm(colours[:, 0] - colours[:, 3], axis=-1)
+    close = np.linalg.norm(colours[:, 1] - colours[:, 2], axis=-1)
+    return float(((close > 0.5 * whole) & (close > FAINTEST_STEP)).mean())
+
+
+def _side(corners: Floats, index: int) -> tuple[Floats, Floats, Floats]:
+    """Start, vector and outward unit normal of a side."""
     start, end = corners[index], corners[(index + 1) % len(corners)]
     along = end - start
-    length = float(np.hypot(*along)) + 1e-9
-    normal = np.array([along[1], -along[0]]) / length
-    if normal @ (corners.mean(axis=0) - start) > 0:
-        normal = -normal
+    normal = np.array([along[1], -along[0]]) / (float(np.hypot(*along)) + 1e-9)
+    return start, along, -normal if normal @ (corners.mean(axis=0) - start) > 0 else normal
+
+
+def _profiles(rgb: Picture, start: Floats, along: Floats, normal: Floats, depths: Floats) -> Image:
+    """Linear light (positions, depths, 3) at depths, positive outside, for positions along a side."""
+    count = int(np.clip(np.hypot(*along) / 1.5, 12, _POSITIONS))
+    places = start + np.linspace(0.05, 0.95, count)[:, None] * along
+    maps = (places[:, None, :] + depths[None, :, None] * normal).astype(np.float32)
+    return to_linear(cv2.remap(rgb, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+
+
+def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Floats:
+    """The line (nx, ny, offset) of one side; the side itself where the picture shows no edge."""
+    start, along, normal = _side(corners, index)
     offsets, weights = _crossings(rgb, start, along, normal, width)
     fractions = np.linspace(0.05, 0.95, len(offsets))
     tilt, shift = _fit_line(fractions, offsets, weights)
-    a, b = start + normal * shift, end + normal * (tilt + shift)
+    a, b = start + normal * shift, start + along + normal * (tilt + shift)
     direction = (b - a) / (np.hypot(*(b - a)) + 1e-9)
     n = np.array([direction[1], -direction[0]])
     return np.array([n[0], n[1], n @ a])
@@ -47,11 +76,8 @@ def _crossings(
 ) -> tuple[Floats, Floats]:
     """For positions along a side, how far out the change lies, and how much it can be trusted."""
     depths = np.arange(-width, width + _STEP / 2, _STEP)
-    count = int(np.clip(np.hypot(*along) / 1.5, 12, _POSITIONS))
-    places = start + np.linspace(0.05, 0.95, count)[:, None] * along
-    samples = places[:, None, :] + depths[None, :, None] * normal
-    maps = samples.astype(np.float32)
-    colours = to_linear(cv2.remap(rgb, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+    colours = _profiles(rgb, start, along, normal, depths)
+    count = len(colours)
     third = len(depths) // 3
     inner = cv2.blur(colours[:, :third].mean(axis=1), (1, 9))
     outer = cv2.blur(colours[:, -third:].mean(axis=1), (1, 9))

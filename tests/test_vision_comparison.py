@@ -1,0 +1,158 @@
+"""A state is laid over a photo by a small motion, scored, judged, and told in words where it is wrong."""
+
+from math import degrees, hypot
+
+import numpy as np
+import pytest
+from folding_server.simulator import add_vertex, fold, rotate
+from folding_server.simulator.paper import Paper, new_paper
+from folding_server.simulator.plane_geometry import Isometry, turn
+from folding_server.vision.agreement import Target, agreement
+from folding_server.vision.alignment import align_paper
+from folding_server.vision.comparison import compare, judge, outline_distances
+from folding_server.vision.grid import grid_over
+from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
+from folding_server.vision.overlay import draw_overlay
+from folding_server.vision.raster import draw_labels, draw_paper
+from folding_server.vision.seeing import SeenFrame, see_sequence
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from vision_scenes import Look, PhotoList, paint
+
+GRID = grid_over(96)
+OTHER = rotate(new_paper(), 45)
+
+
+def folded(position: float = 0.4) -> Paper:
+    """A corner folded over: front and back both show."""
+    return fold(add_vertex(add_vertex(new_paper(), (1, 2), position), (2, 3), 0.7), (5, 6), 1)
+
+
+def seen_as(paper: Paper, motion: Isometry, scales: tuple[float, float] = (1.0, 1.0), two: bool = True) -> SeenFrame:
+    """A photo that shows just this."""
+    labels = draw_paper(paper, GRID, motion)
+    if not two:
+        labels = as_one_colour(labels)
+    nothing = np.zeros(labels.shape, np.float32)
+    return SeenFrame(2, labels, np.zeros((*labels.shape, 3), np.uint8), nothing, nothing, GRID, two, scales)
+
+
+def similarity(dx: float, dy: float, clockwise: float, scale: float = 1.0) -> Isometry:
+    """Turn and scale about the middle of the sheet, then shift."""
+    a, b, c, d, e, f = turn(clockwise, (0.5, 0.5))
+    shift = 0.5 * (1 - scale)
+    return Isometry(scale * a, scale * b, scale * c, scale * d, scale * e + shift + dx, scale * f + shift + dy)
+
+
+def test_agreement_is_one_for_the_truth_and_falls_with_the_error() -> None:
+    target = Target(draw_paper(folded(), GRID), GRID)
+    values = [agreement(draw_paper(folded(p), GRID), target) for p in (0.4, 0.45, 0.55)]
+    assert values[0] == 1.0
+    assert values[0] > values[1] > values[2] > 0.5
+
+
+def test_unknown_pixels_never_count_against_a_state() -> None:
+    labels = draw_paper(folded(), GRID)
+    labels[90:140, 90:140] = UNKNOWN
+    assert agreement(draw_paper(folded(), GRID), Target(labels, GRID)) == 1.0
+    everything = np.full_like(labels, UNKNOWN)
+    assert agreement(draw_paper(folded(), GRID), Target(everything, GRID)) == 0.0
+
+
+def test_sides_that_look_alike_are_compared_as_paper_alone() -> None:
+    target = Target(as_one_colour(draw_paper(folded(), GRID)), GRID, two_coloured=False)
+    assert agreement(draw_paper(folded(), GRID), target) == 1.0
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-0.15, 0.15), st.floats(-0.15, 0.15), st.floats(-10, 10))
+def test_a_drifted_sheet_is_found_again(dx: float, dy: float, clockwise: float) -> None:
+    motion = similarity(dx, dy, clockwise)
+    found = align_paper(folded(), Target(draw_paper(folded(), GRID, motion), GRID))
+    assert found.agreement > 0.985
+    for corner in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0)]:
+        (x, y), (u, v) = found.motion(corner), motion(corner)
+        assert hypot(x - u, y - v) < 0.02
+    assert found.shift[2] == pytest.approx(clockwise, abs=1.5)
+
+
+@pytest.mark.parametrize("scale", [0.88, 1.1])
+def test_a_hand_held_camera_changes_the_scale(scale: float) -> None:
+    seen = Target(draw_paper(folded(), GRID, similarity(0.03, 0.02, 3.0, scale)), GRID)
+    found = align_paper(folded(), seen, (0.85, 1.15))
+    assert found.scale == pytest.approx(scale, abs=0.01)
+    assert found.agreement > 0.985
+    assert align_paper(folded(), seen).agreement < 0.95
+
+
+def test_the_truth_matches_and_says_nothing() -> None:
+    match = compare(folded(), seen_as(folded(), similarity(0.02, -0.03, 2.0)))
+    assert match.verdict == "MATCH"
+    assert match.words == []
+    assert min(match.iou.values()) > 0.97
+    assert match.outline_distance < 0.003
+    assert match.alignment.shift == pytest.approx((0.02, -0.03, 2.0), abs=0.6)
+
+
+def test_a_flap_in_the_wrong_place_is_named() -> None:
+    match = compare(new_paper(), seen_as(folded(), similarity(0, 0, 0)))
+    assert match.verdict == "MISMATCH"
+    assert match.words[0].startswith(("right", "upper right", "centre"))
+    assert "the photo shows b" in match.words[0]
+    assert match.iou["paper"] < 0.95
+    assert match.outline_worst > 0.05
+    areas = [d.area for d in match.discrepancies]
+    assert areas == sorted(areas, reverse=True)
+
+
+def test_another_model_altogether_diverges() -> None:
+    triangle = fold(new_paper(), (1, 3), 1)
+    assert compare(triangle, seen_as(new_paper(), similarity(0, 0, 0))).verdict == "EXTREME DIVERGENCE"
+
+
+def test_a_turn_of_45_degrees_is_no_drift() -> None:
+    assert compare(new_paper(), seen_as(OTHER, similarity(0, 0, 0))).verdict != "MATCH"
+
+
+def test_one_colour_matches_know_only_paper() -> None:
+    match = compare(folded(), seen_as(folded(), similarity(0, 0, 0), two=False))
+    assert match.verdict == "MATCH"
+    assert set(match.iou) == {"paper"}
+
+
+def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
+    strip = [(0.4, 0.4), (0.5, 0.4), (0.5, 0.5), (0.4, 0.5)]
+    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    seen = seen_as(new_paper(), similarity(0, 0, 0))
+    marked = SeenFrame(2, draw_labels([square, strip], [False, True], GRID), *list(vars(seen).values())[2:])
+    match = compare(new_paper(), marked)
+    assert match.agreement > 0.98
+    assert match.verdict == "MISMATCH"
+    assert match.words == ["centre: the photo shows back side where the diagram has front side (area 0.010, 0.10 wide)"]
+    assert judge(0.99, ()) == "MATCH"
+
+
+def test_outline_distance_is_in_sheet_units() -> None:
+    labels = draw_paper(new_paper(), GRID)
+    moved = draw_paper(new_paper(), GRID, similarity(0.1, 0, 0))
+    mean, worst = outline_distances(labels, moved, GRID.pixels_per_unit)
+    assert 0.04 < mean < 0.07
+    assert worst == pytest.approx(0.1, abs=0.02)
+    assert outline_distances(labels, np.zeros_like(labels), 96) == (1.0, 1.0)
+
+
+def test_from_photo_to_overlay() -> None:
+    look = Look()
+    motion = similarity(0.02, 0.01, 3.0)
+    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(folded(), look, motion, seed=1)]))
+    seen = eyes.frame(2, 150)
+    match = compare(folded(), seen)
+    assert match.verdict == "MATCH"
+    assert match.agreement > 0.98
+    assert degrees(0) == pytest.approx(match.alignment.shift[2] - 3.0, abs=0.5)
+    overlay = draw_overlay(folded(), seen, match, 400)
+    assert max(overlay.shape[:2]) == pytest.approx(400, abs=2)
+    wrong = draw_overlay(new_paper(), seen, compare(new_paper(), seen), 400)
+    reddish = [(p[..., 0] > 200) & (p[..., 1] < 140) & (p[..., 2] < 120) for p in (overlay, wrong)]
+    assert reddish[1].mean() > 5 * reddish[0].mean()
+    assert {FRONT, BACK} <= set(np.unique(seen.labels))

@@ -1,0 +1,189 @@
+"""Photos become label images: colours found, hands left out, outlines right, light allowed for."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from folding_server.errors import PhotoError
+from folding_server.frames.sequences import load_sequence
+from folding_server.simulator import fold
+from folding_server.simulator.paper import Paper, new_paper
+from folding_server.simulator.plane_geometry import turn
+from folding_server.vision.grid import grid_over
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, as_one_colour, is_paper
+from folding_server.vision.raster import draw_labels, draw_paper
+from folding_server.vision.seeing import Eyes, see_sequence
+from paths import SHARED
+from vision_scenes import SIDE, Look, PhotoList, paint, read_rgb, share_right
+
+PHOTOS = SHARED / "photos"
+MASKS = json.loads((Path(__file__).parent / "data" / "blackboard_masks.json").read_text())["outlines"]
+
+
+def triangle() -> Paper:
+    """The sheet with its upper right half folded over."""
+    return fold(new_paper(), (1, 3), 1)
+
+
+def half_turned_back() -> Paper:
+    """Front and back both show: a corner folded to the centre line."""
+    from folding_server.simulator import add_vertex
+
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.4), (2, 3), 0.7)
+    return fold(paper, (5, 6), 1)
+
+
+def two_photos(look: Look, **declared: str) -> PhotoList:
+    return PhotoList([paint(new_paper(), look), paint(half_turned_back(), look, seed=1)], **declared)
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        Look(),
+        Look(front=(30, 90, 160), back=(245, 245, 245), table=(150, 120, 90)),
+        Look(front=(252, 252, 250), back=(240, 200, 60), table=(228, 230, 233), lamp=0.1),
+        Look(front=(240, 190, 60), back=(60, 62, 66), table=(125, 130, 135)),
+    ],
+)
+def test_undeclared_colours_are_found(look: Look) -> None:
+    seen = see_sequence(two_photos(look)).frame(2, 90)
+    assert seen.two_coloured
+    assert share_right(seen.labels, draw_paper(half_turned_back(), seen.grid)) > 0.985
+
+
+def test_declared_colours_may_be_far_off() -> None:
+    eyes = see_sequence(two_photos(Look(back=(150, 50, 60)), front_color="white", back_color="orange"))
+    seen = eyes.frame(2, 90)
+    assert share_right(seen.labels, draw_paper(half_turned_back(), seen.grid)) > 0.985
+
+
+def test_an_unknown_colour_name_is_refused() -> None:
+    with pytest.raises(PhotoError, match="reddish-blue"):
+        see_sequence(two_photos(Look(), front_color="white", back_color="reddish-blue"))
+
+
+def test_sides_that_look_alike_give_one_class_of_paper() -> None:
+    look = Look(back=(240, 235, 220))
+    seen = see_sequence(two_photos(look, front_color="white", back_color="white")).frame(2, 90)
+    assert not seen.two_coloured
+    assert not (seen.labels == BACK).any()
+    assert share_right(seen.labels, as_one_colour(draw_paper(half_turned_back(), seen.grid))) > 0.985
+
+
+def test_hand_and_sleeve_are_unknown_and_the_paper_around_them_is_right() -> None:
+    look = Look()
+    photo = paint(triangle(), look)
+    cv2.line(photo, (SIDE, SIDE // 2), (SIDE // 2, SIDE // 2 + 30), (205, 150, 115), 40)
+    cv2.line(photo, (SIDE, SIDE // 2), (SIDE - 60, SIDE // 2 + 10), (40, 60, 130), 46)
+    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
+    seen = eyes.frame(3, 90)
+    place = seen.grid.to_pixel([[0.62, 0.4], [1.35, 0.48]]).round().astype(int)
+    assert all(seen.labels[row, column] == UNKNOWN for column, row in place)
+    truth = draw_paper(triangle(), seen.grid)
+    assert share_right(seen.labels, truth) > 0.98
+    assert (is_paper(truth) & (seen.labels == UNKNOWN)).sum() < 0.35 * is_paper(truth).sum()
+
+
+def test_what_the_photo_does_not_cover_is_unknown() -> None:
+    seen = see_sequence(two_photos(Look())).frame(1, 64)
+    assert seen.labels[0, 0] == UNKNOWN
+    assert seen.confidence[0, 0] == 0
+    assert seen.labels.shape == seen.rgb.shape[:2] == seen.edges.shape == (seen.grid.rows, seen.grid.cols)
+
+
+def test_a_shadow_on_the_table_is_table() -> None:
+    look = Look(table=(150, 150, 155))
+    photo = paint(triangle(), look).astype(np.float32)
+    shadow = np.ones((SIDE, SIDE), np.float32)
+    cv2.rectangle(shadow, (230, 60), (330, 160), 0.6, cv2.FILLED)
+    photo *= cv2.GaussianBlur(shadow, (0, 0), 8)[..., None]
+    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look), photo.astype(np.uint8)]))
+    seen = eyes.frame(3, 90)
+    column, row = seen.grid.to_pixel([1.05, 0.9]).round().astype(int)
+    assert seen.labels[row, column] == BACKGROUND
+    assert share_right(seen.labels, draw_paper(triangle(), seen.grid)) > 0.985
+
+
+def test_frames_are_the_same_each_time_and_remembered() -> None:
+    photos = two_photos(Look())
+    eyes = see_sequence(photos)
+    assert eyes.frame(2, 64) is eyes.frame(2, 64)
+    assert np.array_equal(eyes.frame(2, 64).labels, see_sequence(photos).frame(2, 64).labels)
+
+
+def test_a_frame_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(PhotoError, match="99"):
+        see_sequence(two_photos(Look())).frame(99)
+
+
+def test_a_crease_shows_among_the_inner_lines() -> None:
+    photo = paint(new_paper(), Look())
+    photo[SIDE // 2, SIDE // 4 : 3 * SIDE // 4] -= 30
+    seen = see_sequence(PhotoList([paint(new_paper(), Look()), photo])).frame(2, 90)
+    on = seen.grid.to_pixel([[x, 0.5] for x in np.linspace(0.1, 0.9, 20)]).round().astype(int)
+    off = seen.grid.to_pixel([[x, 0.3] for x in np.linspace(0.1, 0.9, 20)]).round().astype(int)
+    assert np.median(seen.edges[on[:, 1], on[:, 0]]) > 3 * np.median(seen.edges[off[:, 1], off[:, 0]]) + 0.2
+
+
+@pytest.mark.parametrize(
+    ("name", "frames"),
+    [("how_to_make_an_easy_origami_tulip_stem", (1, 3, 5, 6, 9)), ("very_easy_origami_sloth_instructions", (2, 5, 7, 16))],
+)
+def test_ray_traced_photos_are_labelled_right(name: str, frames: tuple[int, ...]) -> None:
+    folder = PHOTOS / "rendered" / name
+    eyes = see_sequence(load_sequence(folder))
+    truth = json.loads((folder / "truth.json").read_text())["frames"]
+    for frame in frames:
+        seen = eyes.frame(frame, 160)
+        assert share_right(seen.labels, drawn_truth(truth[frame - 1], eyes, seen.grid)) > 0.97
+        assert (seen.labels == UNKNOWN)[100:300, 100:300].mean() < 0.25
+
+
+def drawn_truth(frame: dict, eyes: Eyes, grid):  # type: ignore[no-untyped-def, type-arg]
+    pixels = frame["camera"]["vertex_pixels"]
+    places = dict(zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True))
+    polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
+    return draw_labels(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
+
+
+@pytest.mark.parametrize("name", sorted(MASKS))
+def test_phone_photos_on_a_blackboard_match_outlines_drawn_by_eye(name: str) -> None:
+    photos = PhotoList([read_rgb(PHOTOS / "blackboard" / n) for n in ("IMG_6365.jpg", name)])
+    eyes = see_sequence(photos)
+    seen = eyes.frame(2, 160)
+    fine = grid_over(160 * 4)
+    outline = fine.to_pixel(eyes.pose.to_plane(np.array(MASKS[name]) - 0.5))
+    mask = np.zeros((fine.rows, fine.cols), np.uint8)
+    cv2.fillPoly(mask, [np.rint(outline * 16).astype(np.int32)], 1, cv2.LINE_8, 4)
+    true, paper = mask[2::4, 2::4] > 0, is_paper(seen.labels)
+    assert (true & paper).sum() / (true | paper).sum() >= 0.97
+
+
+def test_the_sailboat_is_seen_in_two_colours_by_a_moving_camera() -> None:
+    eyes = see_sequence(load_sequence(PHOTOS / "sailboat"))
+    assert eyes.scales[0] < 1 < eyes.scales[1]
+    shares = []
+    for frame in range(1, 5):
+        seen = eyes.frame(frame, 100)
+        paper = is_paper(seen.labels).sum()
+        shares.append((seen.labels == BACK).sum() / paper)
+        assert paper > 3000
+    assert shares[0] < 0.01
+    assert shares[1] > 0.98
+    assert 0.1 < shares[2] < 0.3
+    assert 0.4 < shares[3] < 0.7
+
+
+def test_a_sheet_that_drifts_under_a_standing_camera_keeps_its_scale() -> None:
+    rng = np.random.default_rng(5)
+    grain = rng.normal(0, 9, (SIDE // 2, SIDE // 2, 1)).repeat(2, axis=0).repeat(2, axis=1)
+    photos = []
+    for degrees in (0.0, 4.0, -3.0):
+        photo = paint(new_paper(), Look(), turn(degrees, (0.5, 0.5))).astype(np.float32)
+        table = photo.mean(axis=-1, keepdims=True) < 120
+        photos.append(np.clip(photo + table * grain, 0, 255).astype(np.uint8))
+    assert see_sequence(PhotoList(photos)).scales == (1.0, 1.0)
+    assert FRONT in see_sequence(PhotoList(photos)).frame(2, 64).labels

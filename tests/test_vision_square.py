@@ -1,0 +1,103 @@
+"""The flat square of the first photo is found below the pixel; anything else is refused in words."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from folding_server.errors import PhotoError
+from folding_server.simulator import flip, fold
+from folding_server.simulator.paper import new_paper
+from folding_server.simulator.plane_geometry import turn
+from folding_server.vision.pose import pose_of
+from folding_server.vision.square import find_square, squareness
+from paths import SHARED
+from vision_scenes import GRID, SIDE, Look, paint, read_rgb
+
+PHOTOS = SHARED / "photos"
+CORNERS = [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, -30.0, 44.0])
+def test_corners_are_found_below_the_pixel_and_numbered_with_the_least_turn(degrees: float) -> None:
+    motion = turn(degrees, (0.5, 0.5))
+    photo = paint(new_paper(), Look(), motion)
+    pose = pose_of(find_square(photo, "Frame 1"))
+    true = GRID.to_pixel([motion(c) for c in CORNERS])
+    assert np.abs(np.array(pose.corners) - true).max() < 0.5
+
+
+@pytest.mark.parametrize("sequence", sorted((PHOTOS / "rendered").iterdir()), ids=lambda p: str(p.name)[:12])
+def test_corners_of_ray_traced_photos_are_right_to_two_thirds_of_a_pixel(sequence) -> None:  # type: ignore[no-untyped-def]
+    frame = json.loads((sequence / "truth.json").read_text())["frames"][0]
+    pose = pose_of(find_square(read_rgb(sequence / frame["image"]), "Frame 1"))
+    true = np.array([frame["camera"]["vertex_pixels"][str(v)] for v in (1, 2, 3, 4)]) - 0.5
+    assert np.linalg.norm(np.array(pose.corners) - true, axis=1).max() < 0.7
+
+
+def test_the_sheet_plane_and_the_photo_map_there_and_back() -> None:
+    pose = pose_of(np.array([[30.0, 20.0], [190.0, 30.0], [200.0, 180.0], [25.0, 170.0]]))
+    points = np.array([[0.0, 1.0], [0.3, 0.4], [1.2, -0.1]])
+    assert np.allclose(pose.to_plane(pose.to_photo(points)), points)
+    assert np.allclose(pose.to_photo([[0.0, 1.0]]), [[30.0, 20.0]], atol=1e-4)
+
+
+def test_perspective_views_of_a_square_are_square_and_rectangles_are_not() -> None:
+    assert squareness(np.array([[100, 100], [300, 100], [300, 300], [100, 300]], float), (400, 400)) < 1e-6
+    assert squareness(np.array([[120, 120], [280, 120], [310, 300], [90, 300]], float), (400, 400)) < 0.1
+    assert squareness(np.array([[50, 150], [350, 150], [350, 250], [50, 250]], float), (400, 400)) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Blank.jpg", "nothing stands out"),
+        ("Circle.jpg", "round"),
+        ("Correct1.jpg", "triangle"),
+        ("Correct4.jpg", "triangle"),
+        ("IMG_6368.jpg", "corners"),
+        ("IMG_6374.jpg", "corners"),
+    ],
+)
+def test_photos_of_something_else_are_refused_with_what_was_seen(name: str, said: str) -> None:
+    with pytest.raises(PhotoError, match=said):
+        find_square(read_rgb(PHOTOS / "blackboard" / name), "Frame 1")
+
+
+def test_a_folded_sheet_is_no_start() -> None:
+    folded = fold(new_paper(), (1, 3), 1)
+    with pytest.raises(PhotoError, match="triangle"):
+        find_square(paint(folded, Look()), "Frame 1")
+
+
+def test_a_sheet_partly_out_of_the_picture_is_refused() -> None:
+    photo = paint(new_paper(), Look())
+    with pytest.raises(PhotoError, match="beyond the edge"):
+        find_square(np.ascontiguousarray(photo[:, : SIDE // 2 + 30]), "Frame 1")
+
+
+def test_a_rectangle_is_refused() -> None:
+    photo = paint(new_paper((1.0, 0.6)), Look())
+    with pytest.raises(PhotoError, match="no square"):
+        find_square(photo, "Frame 1")
+
+
+def test_a_hand_on_the_sheet_is_refused() -> None:
+    photo = paint(new_paper(), Look())
+    cv2.line(photo, (SIDE, SIDE // 2), (SIDE // 2 + 20, SIDE // 2), (215, 165, 130), 50)
+    with pytest.raises(PhotoError, match="hand"):
+        find_square(photo, "Frame 1")
+
+
+def test_a_mat_under_the_sheet_is_not_taken_for_it() -> None:
+    photo = paint(new_paper(), Look(lamp=0.0))
+    mat = np.full_like(photo, (150, 140, 90))
+    y, x = np.abs(np.mgrid[-1 : 1 : SIDE * 1j, -1 : 1 : SIDE * 1j])
+    framed = np.where(((x < 0.9) & (y < 0.65) & (np.maximum(x, y) > 0.51))[..., None], mat, photo)
+    corners = find_square(framed, "Frame 1")
+    assert abs(float(np.ptp(corners[:, 0])) - SIDE / 2) < 6
+
+
+def test_the_back_up_start_is_found_like_any_other() -> None:
+    turned = flip(new_paper(), "x")
+    assert find_square(paint(turned, Look()), "Frame 1").shape == (4, 2)
