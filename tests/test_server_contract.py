@@ -1,9 +1,10 @@
 """The tool surface is what was agreed, and a change of it is called compatible or breaking."""
 
 import copy
+from collections.abc import Callable
 
 import pytest
-from contract.tool_contract import Contract, breaking, committed, compatible, current
+from contract.tool_contract import Contract, Schema, breaking, committed, compatible, current
 from folding_server.tools.catalogue import tools
 
 
@@ -51,6 +52,6 @@ def test_a_new_tool_is_compatible_and_a_lost_one_is_breaking(contract: Contract)
         ("output", lambda schema: schema["$defs"]["FoldedState"]["properties"].pop("layers"), "FoldedState changed"),
     ],
 )
-def test_what_would_fail_a_host_is_breaking(contract: Contract, part: str, change, named: str) -> None:  # type: ignore[no-untyped-def]
+def test_what_would_fail_a_host_is_breaking(contract: Contract, part: str, change: Callable[[Schema], object], named: str) -> None:
     change(contract["fold"][part])
     assert any(named in line for line in breaking(committed(), contract))

@@ -1,0 +1,148 @@
+"""The commands of ``foldingagent-server``: what they write, print and refuse."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from folding_schemas.results import Foldability
+from folding_schemas.state import FoldedState
+from folding_server.cli import main
+from folding_server.frames.sequences import load_sequence
+from hosts import json_of, server
+from paths import SHARED
+
+CAT = SHARED / "programs" / "figure_d_cat_9_frames.json"
+PATTERNS = SHARED / "flatfold" / "patterns"
+
+
+class Finished(NamedTuple):
+    """How a command ended."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        """The one JSON document on stdout."""
+        return json.loads(self.out)
+
+
+Run = Callable[..., Finished]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs a command in this process."""
+
+    def finished(*arguments: str | Path) -> Finished:
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        assert isinstance(ended.value.code, int)
+        return Finished(ended.value.code, captured.out, captured.err)
+
+    return finished
+
+
+def test_simulate_writes_every_format_and_says_where(run: Run, tmp_path: Path) -> None:
+    names = {"state": "s.json", "fold": "f.fold", "cp": "c.fold", "svg": "d.svg", "png": "d.png"}
+    options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]
+    finished = run("simulate", CAT, *options, "--every-step", tmp_path / "steps")
+    assert finished.code == 0
+    assert all(str(tmp_path / name) in finished.out for name in names.values())
+    state = FoldedState.model_validate_json((tmp_path / "s.json").read_text())
+    assert len(state.faces) == 12
+    assert json.loads((tmp_path / "f.fold").read_text())["file_spec"] == 1.2
+    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
+    assert len(list((tmp_path / "steps").iterdir())) == 9 * 3
+
+
+def test_simulate_draws_the_crease_pattern_for_an_svg(run: Run, tmp_path: Path) -> None:
+    run("simulate", CAT, "--cp", tmp_path / "pattern.svg")
+    assert (tmp_path / "pattern.svg").read_text().startswith("<svg")
+
+
+def test_simulate_prints_one_json_document(run: Run, tmp_path: Path) -> None:
+    finished = run("simulate", CAT, "--json", "--fold", tmp_path / "f.fold")
+    assert finished.json["written"] == {"fold": str(tmp_path / "f.fold")}
+    assert finished.json["steps"] == 8
+    FoldedState.model_validate(finished.json["state"])
+
+
+def test_a_foldable_pattern_passes_the_check(run: Run, tmp_path: Path) -> None:
+    run("simulate", CAT, "--cp", tmp_path / "c.fold")
+    finished = run("check", tmp_path / "c.fold")
+    assert finished.code == 0
+    assert "folds flat" in finished.out
+
+
+def test_a_pattern_that_does_not_fold_flat_exits_with_1_and_says_where(run: Run) -> None:
+    finished = run("check", PATTERNS / "d_kawasaki_07.fold", "--json")
+    assert finished.code == 1
+    assert finished.err == ""
+    found = Foldability.model_validate(finished.json)
+    assert not found.foldable
+    assert {violation.condition for violation in found.violations} == {"Kawasaki"}
+
+
+def test_photograph_writes_a_sequence_and_tells_its_progress(run: Run, tmp_path: Path) -> None:
+    program = tmp_path / "half.json"
+    program.write_text('{"name": "half", "steps": [[{"action": "fold", "edge": [1, 3], "direction": 1}]]}')
+    finished = run("photograph", program, "-o", tmp_path / "half", "--seed", "2", "--json")
+    assert finished.code == 0
+    assert finished.json == {"folder": str(tmp_path / "half"), "name": "half", "frames": 2}
+    assert "photographing: 100%" in finished.err
+    assert load_sequence(tmp_path / "half").frame_count == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "named"),
+    [
+        (["--sequences", "nowhere"], 2, "nowhere"),
+        (["--http", "8000"], 1, "HOST:PORT"),
+        (["--http", "127.0.0.1:99999"], 1, "HOST:PORT"),
+        (["--http", "203.0.113.9:8000"], 1, "203.0.113.9:8000"),
+        (["--colour", "red"], 2, "--colour"),
+        (["crumple"], 2, "crumple"),
+        (["simulate"], 2, "PROGRAM"),
+        (["simulate", "nowhere.json"], 1, "nowhere.json"),
+        (["simulate", "bad.json"], 1, "JSON"),
+        (["simulate", "impossible.json"], 1, "Step 1, action 1"),
+        (["simulate", CAT, "--svg", "nowhere/d.svg"], 1, "nowhere/d.svg"),
+        (["check", "nowhere.fold"], 1, "nowhere.fold"),
+        (["check", "bad.json"], 1, "JSON"),
+        (["check", "."], 1, "directory"),
+        (["check", "picture.fold"], 1, "text"),
+        (["photograph", CAT], 2, "--out"),
+        (["photograph", CAT, "-o", "x", "--level", "9"], 1, "level 9"),
+        (["keyframes", "nowhere.mp4", "-o", "x"], 1, "nowhere.mp4"),
+    ],
+)
+def test_a_mistake_is_one_line_on_stderr_and_an_exit_code(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str | Path], code: int, named: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bad.json").write_text("this is no JSON")
+    Path("impossible.json").write_text('{"steps": [[{"action": "fold", "edge": [1, 9], "direction": 1}]]}')
+    Path("picture.fold").write_bytes(b"\xff\xd8\xff\xe0")
+    finished = run(*arguments)
+    assert finished.code == code
+    assert finished.err.count("\n") == 1
+    assert named in finished.err
+    assert "Traceback" not in finished.err
+
+
+def test_the_installed_module_runs_as_a_process(tmp_path: Path) -> None:
+    assert json_of(server("simulate", CAT, "--json", cwd=tmp_path))["name"] == "figure_d_cat_9_frames"
+    refused = server("check", "nowhere.fold", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert refused.stderr.count("\n") == 1
+
+
+def test_a_host_that_hangs_up_ends_the_server(tmp_path: Path) -> None:
+    finished = server("--data", tmp_path)
+    assert finished.returncode == 0
+    assert finished.stdout == ""
