@@ -42,6 +42,7 @@ class Effort:
     most_lines: int = 400
     refined: int = 10
     polished: int = 4
+    share: float = 0.8
     snap_exact: float = 0.004
     snap_bound: float = 0.0025
 
@@ -116,7 +117,7 @@ class FoldSearch:
         grid = both_ways(all_lines(self.paper, self.effort.degrees, self.effort.spacing))
         kept = []
         for lines in (self.landmarks, grid):
-            passed = lines[change.agrees(lines)]
+            passed = lines[change.agrees(lines, self.effort.share)]
             step = max(1, len(passed) // self.effort.most_lines)
             kept.append(passed[::step])
         return np.concatenate(kept)

@@ -20,7 +20,12 @@ from folding_server.vision.solver.whole_moves import centered, flip_plans, turne
 
 EXPLAINED = 0.985
 """A plan of one action with this agreement ends the search for compound ones."""
-CLASSES = {"rotate": "rotate", "flip": "flip", "fold": "fold", "unfold": "unfold"}
+STANDS_OUT = 0.01
+"""How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
+PROMISING = 0.08
+"""Plans this much worse than the best of their kind on the coarse view are dropped."""
+COMPOUND_BELOW = 0.975
+"""If no single action explains this much, two are tried."""
 
 
 @dataclass(frozen=True)
@@ -43,19 +48,42 @@ def locate(paper: Paper, scene: Scene, scale: bool = False) -> Isometry:
 def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort()) -> list[Plan]:
     """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first."""
     motions = _drifts(paper, last, views)
-    plans = [_nothing(paper, motions, views)]
-    plans += turned_plans(paper, views.coarse, (), last)
-    plans += flip_plans(paper, views.coarse, last)
-    plans += unfold_plans(paper, views.coarse, motions)
-    plans = [_settled(plan, views, last) for plan in best_first(plans)[:8]]
-    if max(p.agreement for p in plans if p.actions or True) < EXPLAINED or not _clearly(plans):
+    nothing = _settled(_nothing(paper, motions, views), views, last)
+    plans = [nothing, *_whole_moves(paper, last, motions, views)]
+    best = max(p.agreement for p in plans)
+    if best < EXPLAINED or best < nothing.agreement + STANDS_OUT:
         plans += fold_plans(paper, motions, views, effort)
+    if max(p.agreement for p in plans) < COMPOUND_BELOW:
+        plans += _compound_plans(paper, last, views, plans, effort)
     return best_first(plans)
 
 
-def _clearly(plans: Sequence[Plan]) -> bool:
-    """Whether a plan that does something explains the photo."""
-    return any(p.agreement >= EXPLAINED for p in plans if p.actions)
+def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
+    """Rotations, flips and unfolds; the promising ones measured on the fine view."""
+    plans = [
+        *turned_plans(paper, views.coarse, (), last),
+        *flip_plans(paper, views.coarse, last),
+        *unfold_plans(paper, views.coarse, motions),
+    ]
+    top = max((p.agreement for p in plans), default=0.0)
+    return [_settled(p, views, last) for p in best_first(plans)[:6] if p.agreement > top - PROMISING]
+
+
+def _compound_plans(
+    paper: Paper, last: Isometry, views: Views, plans: Sequence[Plan], effort: Effort
+) -> Iterator[Plan]:
+    """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
+    partial = replace(effort, share=0.35, refined=4, polished=2)
+    motions = _drifts(paper, last, views)
+    starts = [p for p in best_first(plans) if p.actions][:2]
+    starts += best_first(list(fold_plans(paper, motions, views, partial)))[:3]
+    seen: set[tuple[Action, ...]] = set()
+    for start in starts:
+        if start.actions in seen:
+            continue
+        seen.add(start.actions)
+        near = [start.motion, *drifts(stack_of(start.paper), views.coarse, start.motion)]
+        yield from fold_plans(start.paper, near, views, replace(effort, polished=2), before=start.actions)
 
 
 def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
@@ -82,7 +110,7 @@ def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
 def fold_plans(
     paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort, before: tuple[Action, ...] = ()
 ) -> Iterator[Plan]:
-    """Single folds that explain the photo, as actions."""
+    """Single folds that explain the photo, as actions, after those of ``before``."""
     drawn = stack_of(paper)
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
     search = FoldSearch(paper, views.coarse, views.fine, changed, effort, scale=views.scale)
