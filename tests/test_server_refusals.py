@@ -187,6 +187,7 @@ class TestResources:
             ("folding://runs/20260101-000000-aaaaaaaaaa", "no run"),
             ("folding://sequences/sailboat/frames/99", "99"),
             ("folding://sequences/nothing/frames/1", "nothing"),
+            ("folding://sequences/sailboat/frames/last", 'frame "last"'),
             ("folding://elsewhere", "elsewhere"),
         ],
     )
@@ -199,3 +200,14 @@ class TestResources:
         assert error.value.code == -32602
         assert named in error.value.message
         assert "\n" not in error.value.message
+
+
+class TestPrompts:
+    """Refusals of prompts, which are protocol errors."""
+
+    async def test_an_unknown_prompt_and_an_unknown_argument_are_named(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path) as host:
+            with pytest.raises(MCPError, match="'crumple'; the prompts are reconstruct"):
+                await host.client.get_prompt("crumple")
+            with pytest.raises(MCPError, match="'colour'; it takes sequence"):
+                await host.client.get_prompt("reconstruct", {"colour": "red"})

@@ -10,7 +10,8 @@ from mcp.server.lowlevel.helper_types import ReadResourceContents
 from mcp.server.mcpserver import Context, MCPServer
 from mcp.server.mcpserver.exceptions import ResourceError, ResourceNotFoundError, ToolError, UnexpectedToolError
 from mcp.server.mcpserver.tools import Tool
-from mcp.types import CallToolResult, InputRequiredResult
+from mcp.shared.exceptions import MCPError
+from mcp.types import INVALID_PARAMS, CallToolResult, GetPromptResult, InputRequiredResult
 from pydantic import AnyUrl, ValidationError
 
 from folding_server.errors import FoldingError
@@ -62,9 +63,24 @@ class FoldingServer(MCPServer[Desk]):
         try:
             return await super().read_resource(uri, context)
         except ResourceError as error:
-            if isinstance(error.__cause__, FoldingError):
-                raise ResourceNotFoundError(str(error.__cause__)) from error.__cause__
+            cause = error.__cause__
+            if isinstance(cause, FoldingError):
+                raise ResourceNotFoundError(str(cause)) from cause
+            if isinstance(cause, ValidationError):
+                raise ResourceNotFoundError(refusals.bad_address(str(uri), cause)) from cause
             raise
+
+    async def get_prompt(
+        self, name: str, arguments: dict[str, Any] | None = None, context: Context[Desk, Any] | None = None
+    ) -> GetPromptResult | InputRequiredResult:
+        """Get a prompt. MCPError (invalid params) for an unknown prompt or an argument that it does not take."""
+        known = {each.name: each for each in await self.list_prompts()}
+        if name not in known:
+            raise MCPError(INVALID_PARAMS, f"There is no prompt {name!r}; the prompts are {', '.join(known)}.")
+        taken = [argument.name for argument in known[name].arguments or ()]
+        if stray := [given for given in arguments or () if given not in taken]:
+            raise MCPError(INVALID_PARAMS, f"{name} takes no argument {stray[0]!r}; it takes {', '.join(taken)}.")
+        return await super().get_prompt(name, arguments, context)
 
 
 def _serving(desk: Desk) -> Callable[[MCPServer[Desk]], AbstractAsyncContextManager[Desk]]:

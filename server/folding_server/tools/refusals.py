@@ -37,6 +37,12 @@ def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], er
     return f"{name} {_shown(arguments[name])} is not possible: it must be {allowed}."
 
 
+def bad_address(uri: str, error: ValidationError) -> str:
+    """The answer to a resource address with a part of the wrong kind."""
+    first = error.errors(include_url=False, include_context=False)[0]
+    return f"There is no resource {uri}: {'.'.join(map(str, first['loc']))} {_shown(first['input'])} is not a whole number."
+
+
 def _shown(value: object) -> str:
     """A bad value as JSON, cut where it gets long."""
     text = json.dumps(value, ensure_ascii=False)
