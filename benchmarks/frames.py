@@ -32,7 +32,9 @@ def write_photo(path: Path) -> None:
     """A photo with the detail of a real one: soft shapes, fine grain, a quarter turn in its EXIF data."""
     random = np.random.default_rng(0)
     coarse = random.integers(0, 256, (30, 40, 3), np.uint8)
-    image = np.asarray(Image.fromarray(coarse).resize(PHOTO_SIZE, Image.Resampling.BICUBIC)).astype(np.float32)
+    image = np.asarray(Image.fromarray(coarse).resize(PHOTO_SIZE, Image.Resampling.BICUBIC)).astype(
+        np.float32
+    )
     grainy = np.clip(image + random.normal(0, 6, image.shape), 0, 255).astype(np.uint8)
     exif = Image.Exif()
     exif[0x0112] = 6

@@ -1,4 +1,4 @@
-"""Sequence folders: manifests, photos by frame, images in between, and the library that serves them by name."""
+"""Sequence folders: manifests, photos by frame, images in between, and the library that serves them."""
 
 import io
 import subprocess
@@ -80,7 +80,7 @@ def test_a_photo_for_a_model_is_small(tmp_path: Path) -> None:
 def test_frames_that_are_not_there_are_refused(tmp_path: Path, frame: int) -> None:
     sequence = load_sequence(write_sequence_folder(tmp_path / "crane", list(range(1, 10))))
     for ask in (sequence.photo, sequence.photo_for_model, sequence.between, sequence.filmstrip):
-        with pytest.raises(PhotoError, match=f"frame {frame} is not in 1..9"):
+        with pytest.raises(PhotoError, match=rf"frame {frame} is not in 1\.\.9"):
             ask(frame)
 
 
@@ -182,7 +182,7 @@ def test_wrong_manifests_are_refused_in_one_sentence(tmp_path: Path, content: ob
 
 
 def test_missing_pieces_are_named(tmp_path: Path) -> None:
-    with pytest.raises(PhotoError, match="there is no folder .*nowhere"):
+    with pytest.raises(PhotoError, match=r"there is no folder .*nowhere"):
         load_sequence(tmp_path / "nowhere")
     with pytest.raises(PhotoError, match=r"it has no keyframes\.json"):
         load_sequence(tmp_path)
@@ -242,7 +242,7 @@ def test_the_library_serves_roots_that_are_or_hold_sequences(tmp_path: Path) -> 
 def test_names_that_are_paths_never_reach_the_disk(tmp_path: Path, name: str) -> None:
     write_sequence_folder(tmp_path / "secret", [1])
     write_sequence_folder(tmp_path / "open" / "crane", [1])
-    with pytest.raises(PhotoError, match="is a path|is not usable") as refusal:
+    with pytest.raises(PhotoError, match=r"is a path|is not usable") as refusal:
         Library([tmp_path / "open"]).open(name)
     assert len(str(refusal.value)) < 300
 
@@ -317,7 +317,7 @@ def test_the_library_follows_changes_on_disk(tmp_path: Path) -> None:
 
 
 def test_a_root_that_is_no_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PhotoError, match="there is no folder .*gone to serve sequences from"):
+    with pytest.raises(PhotoError, match=r"there is no folder .*gone to serve sequences from"):
         Library([tmp_path / "gone"])
 
 

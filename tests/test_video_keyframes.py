@@ -107,7 +107,9 @@ def test_progress_is_told_and_ends_at_the_end(tmp_path: Path) -> None:
 def test_ray_traced_paper_is_told_apart_frame_by_frame(tmp_path: Path) -> None:
     sequence = load_sequence(SHARED / "photos/rendered/how_to_make_an_easy_origami_tulip_stem")
     photos = [sequence.source.read(index, 320) for index in sequence.keyframes]
-    frames = [photo if beat < 12 else np.roll(photo, 30 * beat, axis=1) for photo in photos for beat in range(18)]
+    frames = [
+        photo if beat < 12 else np.roll(photo, 30 * beat, axis=1) for photo in photos for beat in range(18)
+    ]
     encode(tmp_path / "tulip.mp4", iter(frames), [n / 15 for n in range(len(frames))])
     found = propose_keyframes(tmp_path / "tulip.mp4")
     assert [(index // 18, index % 18 < 12) for index in found] == [(frame, True) for frame in range(9)]
@@ -142,10 +144,10 @@ def test_the_written_folder_is_a_sequence_with_images_in_between(tmp_path: Path)
 
 def test_chosen_images_are_written_as_they_are(tmp_path: Path) -> None:
     clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE, 2.0)])
-    report = keyframes_command(clip.path, tmp_path / "out", indices=[3, 5, 40])
-    assert report.keyframes == (3, 5, 40)
+    report = keyframes_command(clip.path, tmp_path / "out", indices=[3, 5, 30])
+    assert report.keyframes == (3, 5, 30)
     manifest = json.loads((tmp_path / "out/keyframes.json").read_text())
-    assert manifest == {"name": "clip", "frames": "frames", "keyframes": [3, 5, 40]}
+    assert manifest == {"name": "clip", "frames": "frames", "keyframes": [3, 5, 30]}
     names = sorted(path.name for path in (tmp_path / "out/frames").iterdir())
     assert names[:3] == ["000003.jpg", "000004.jpg", "000005.jpg"]
     assert len(names) == 9

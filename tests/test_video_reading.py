@@ -53,7 +53,9 @@ def test_times_follow_a_variable_frame_rate(tmp_path: Path) -> None:
     assert video.times == pytest.approx(times, abs=2e-3)
     assert grey(video, 17) == pytest.approx(GREYS[17], abs=4)
     moments = list(video.moments(96, 4.0))
-    assert [moment.seconds for moment in moments] == pytest.approx([times[moment.index] for moment in moments], abs=2e-3)
+    assert [moment.seconds for moment in moments] == pytest.approx(
+        [times[moment.index] for moment in moments], abs=2e-3
+    )
     assert min(np.diff([moment.seconds for moment in moments])) > 0.12
 
 
@@ -92,7 +94,9 @@ def test_indices_outside_the_video_are_refused(tmp_path: Path, index: int) -> No
         video.read(index)
 
 
-@pytest.mark.parametrize(("name", "part"), [("a.mp4", 0.5), ("a.mp4", 0.9), ("a.mkv", 0.5), ("fast.mp4", 0.6)])
+@pytest.mark.parametrize(
+    ("name", "part"), [("a.mp4", 0.5), ("a.mp4", 0.9), ("a.mkv", 0.5), ("fast.mp4", 0.6)]
+)
 def test_videos_that_are_cut_off_are_refused(tmp_path: Path, name: str, part: float) -> None:
     frames = (np.random.default_rng(n).integers(0, 255, (64, 96, 3), np.uint8) for n in range(90))
     whole = tmp_path / f"whole_{name}"
@@ -126,7 +130,9 @@ def test_sound_alone_is_no_video(tmp_path: Path) -> None:
         open_video(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"a letter, not a film\n" * 40, b"#EXTM3U\n#EXTINF:1,\n/etc/passwd\n"])
+@pytest.mark.parametrize(
+    "content", [b"", b"a letter, not a film\n" * 40, b"#EXTM3U\n#EXTINF:1,\n/etc/passwd\n"]
+)
 @pytest.mark.parametrize("name", ["clip.mp4", "clip.m3u8", "clip.txt"])
 def test_other_files_are_refused(tmp_path: Path, content: bytes, name: str) -> None:
     (tmp_path / name).write_bytes(content)

@@ -1,4 +1,4 @@
-"""Synthetic folding videos whose keyframes are known: paper on a table, hands that come and go, any camera."""
+"""Synthetic folding videos whose keyframes are known: paper on a table, hands that come and go."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,10 @@ State = tuple[Shape, ...]
 WHITE, BLUE, SKIN, SLEEVE = (238, 236, 230), (50, 90, 190), (205, 150, 120), (70, 80, 60)
 SQUARE: State = ((((0.3, 0.2), (0.7, 0.2), (0.7, 0.8), (0.3, 0.8)), WHITE),)
 TRIANGLE: State = ((((0.3, 0.2), (0.7, 0.8), (0.3, 0.8)), BLUE),)
-KITE: State = ((((0.3, 0.2), (0.7, 0.8), (0.5, 0.86), (0.3, 0.8)), BLUE), (((0.3, 0.5), (0.45, 0.8), (0.3, 0.8)), WHITE))
+KITE: State = (
+    (((0.3, 0.2), (0.7, 0.8), (0.5, 0.86), (0.3, 0.8)), BLUE),
+    (((0.3, 0.5), (0.45, 0.8), (0.3, 0.8)), WHITE),
+)
 HOUSE: State = ((((0.3, 0.5), (0.5, 0.3), (0.7, 0.5), (0.7, 0.8), (0.3, 0.8)), BLUE),)
 TAB: State = (*HOUSE, (((0.62, 0.72), (0.7, 0.72), (0.7, 0.8)), WHITE))
 
@@ -54,7 +57,7 @@ Shot = Rest | Hold | Work
 
 @dataclass(frozen=True)
 class Camera:
-    """How a clip is taken: pictures a second (or steps that repeat, in milliseconds), size, grain, flicker."""
+    """How a clip is taken: pictures a second (or repeating steps in milliseconds), size, grain, flicker."""
 
     rate: int = 20
     steps: tuple[int, ...] = ()
@@ -78,10 +81,21 @@ def write_clip(path: Path, shots: Sequence[Shot], camera: Camera = Camera(), see
     """Film `shots` one after the other."""
     random = np.random.default_rng(seed)
     table = _table(camera, random)
+    grains = random.normal(0, camera.grain, (7, camera.height, camera.width, 3)).astype(np.float32)
     ends = np.cumsum([shot.seconds for shot in shots])
     times = list(_times(camera, float(ends[-1])))
     places = np.searchsorted(ends, times, side="right")
-    frames = (_frame(shots, ends, int(place), time, table, camera, random) for place, time in zip(places, times, strict=True))
+    frames = (
+        _frame(
+            shots[place],
+            1 - (ends[place] - time) / shots[place].seconds,
+            time,
+            table,
+            camera,
+            grains[number % 7],
+        )
+        for number, (place, time) in enumerate(zip(places, times, strict=True))
+    )
     encode(path, frames, times, camera)
     bounds = [np.flatnonzero(places == number) for number in range(len(shots))]
     return Clip(path, tuple(range(int(at[0]), int(at[-1]) + 1) for at in bounds))
@@ -121,27 +135,23 @@ def _table(camera: Camera, random: np.random.Generator) -> NDArray[np.float32]:
 
 
 def _frame(
-    shots: Sequence[Shot],
-    ends: NDArray[np.float64],
-    place: int,
+    shot: Shot,
+    part: float,
     time: float,
     table: NDArray[np.float32],
     camera: Camera,
-    random: np.random.Generator,
+    grain: NDArray[np.float32],
 ) -> Rgb:
-    shot = shots[place]
-    part = 1 - (ends[place] - time) / shot.seconds
     picture = table.copy()
-    state, hand = _what(shot, float(part))
+    state, hand = _what(shot, part)
     for polygon, color in state:
         corners = np.array([(x * camera.width * 16, y * camera.height * 16) for x, y in polygon])
         cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], color, cv2.LINE_AA, 4)
     if hand is not None:
         _draw_hand(picture, hand)
     picture *= 1 + camera.flicker * np.sin(time * 17)
-    picture += random.normal(0, camera.grain, picture.shape)
-    turned = np.rot90(np.clip(picture, 0, 255).astype(np.uint8), -camera.turned // 90)
-    return turned
+    picture += grain
+    return np.rot90(np.clip(picture, 0, 255).astype(np.uint8), -camera.turned // 90)
 
 
 def _what(shot: Shot, part: float) -> tuple[State, tuple[float, float] | None]:

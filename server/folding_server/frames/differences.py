@@ -23,10 +23,10 @@ def soften(image: NDArray[np.uint8]) -> Small:
 
 
 def difference(before: Small, after: Small, least_step: float = LEAST_STEP) -> Mask:
-    """Where two pictures differ by more than light and noise explain, and by `least_step`; shape (height, width).
+    """Where two pictures differ by more than light, noise and `least_step`; shape (height, width).
 
-    The light may change as a whole: each channel is first brought to the same level by its median ratio, which
-    is right as long as half of the picture has not changed. The noise is read off the median difference.
+    The light may change as a whole: each channel is first brought to one level by its median ratio, which is
+    right as long as half of the picture has not changed. The noise is read off the median difference.
     """
     sparse = (slice(None, None, _SPARSE), slice(None, None, _SPARSE))
     ratio = (after[sparse] + _DARK) / (before[sparse] + _DARK)
@@ -44,7 +44,7 @@ def _widest(steps: NDArray[np.float32]) -> NDArray[np.float32]:
 def regions(mask: Mask, least: float, ring: Mask | None = None) -> int:
     """How many separate regions of at least `least` pixels `mask` has, thin lines not counted.
 
-    With `ring`, regions that reach into it are not counted: what comes in over the border is a hand, not the paper.
+    With `ring`, regions that reach into it are not counted: what comes in over the border is a hand.
     """
     solid = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     joined = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))

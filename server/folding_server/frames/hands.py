@@ -21,8 +21,8 @@ _REPAINTED = 24.0
 class Scene:
     """What a folding video shows without hands: the table as it mostly looks, and the colours of the paper.
 
-    `table` is RGB of shape (height, width, 3); `paper` is True for each coarse colour, (bins, bins, bins), that the
-    paper has, None where the hands never leave; `free` tells for each still span whether no hand is in it.
+    `table` is RGB of shape (height, width, 3); `paper` is True for each coarse colour, (bins, bins, bins),
+    that the paper has, None where the hands never leave; `free` tells for each still span whether it has no hand.
     """
 
     table: Small = field(repr=False, compare=False)
@@ -30,9 +30,9 @@ class Scene:
     free: tuple[bool, ...]
 
     def changed(self, before: Small, after: Small, least: float, *, free: bool) -> bool:
-        """Whether the paper differs in a region of at least `least` pixels; `free`: no hand is in either picture.
+        """Whether the paper differs in a region of `least` pixels; `free`: no hand is in either picture.
 
-        With hands, only what is plainly table or paper in both pictures counts, and nothing that reaches the border.
+        With hands, only what is plainly table or paper in both pictures counts, and nothing at the border.
         """
         differs = difference(before, after)
         if free:
@@ -43,8 +43,10 @@ class Scene:
 
     def _plain(self, picture: Small) -> Mask:
         """Where the picture shows the table or a colour of the paper."""
-        table = ~difference(self.table, picture, _REPAINTED)
-        return table if self.paper is None else np.logical_or(table, self.paper[_coarse(picture)])
+        plain: Mask = ~difference(self.table, picture, _REPAINTED)
+        if self.paper is not None:
+            plain |= self.paper[_coarse(picture)]
+        return plain
 
 
 def know_scene(watched: Watched) -> Scene:
@@ -70,9 +72,10 @@ def _paper_colors(pictures: NDArray[np.float32], table: Small) -> Mask:
     """The coarse colours, and their neighbours, of what is not table in `pictures` without hands."""
     counts = np.zeros((_BINS, _BINS, _BINS))
     for picture in pictures:
-        np.add.at(counts, tuple(axis[difference(table, picture)] for axis in _coarse(picture)), 1)
+        other = difference(table, picture)
+        np.add.at(counts, tuple(bins[other] for bins in _coarse(picture)), 1)
     common = counts > _LEAST_SHARE * max(1.0, counts.sum())
-    wide = np.zeros_like(common)
+    wide = np.zeros(common.shape, np.bool_)
     for red, green, blue in np.argwhere(common):
         wide[max(0, red - 1) : red + 2, max(0, green - 1) : green + 2, max(0, blue - 1) : blue + 2] = True
     return wide

@@ -1,4 +1,4 @@
-"""Proposes the keyframes of a folding video: still moments, hands off where they ever are, the paper changed."""
+"""Proposes the keyframes of a video: the paper lies still, has changed, and no hand is near if possible."""
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -26,14 +26,15 @@ def propose_keyframes(
 ) -> list[int]:
     """Indices of the images of `video` in which the paper lies still and has changed since the one before.
 
-    A moment with a hand over the border gives way to one without, if that shows the same paper; otherwise it counts
-    when the hand rests for a second. Raises PhotoError if the video cannot be read or never comes to rest.
+    A moment with a hand over the border gives way to one without, if that shows the same paper; otherwise it
+    counts when the hand rests for a second. Raises PhotoError if the video cannot be read or never comes to rest.
     """
     clip = open_video(video)
     watched = watch(_told(clip, clip.moments(SIDE, RATE), progress), still_seconds)
     if not watched.stills:
         raise PhotoError(
-            f"nothing in {video.name} lies still for {still_seconds:g} seconds: allow shorter rests or name the images"
+            f"nothing in {video.name} lies still for {still_seconds:g} seconds: "
+            "allow shorter rests or name the images"
         )
     return [still.index for still in choose(watched)]
 

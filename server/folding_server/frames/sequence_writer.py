@@ -5,6 +5,7 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from folding_server.errors import PhotoError
@@ -53,9 +54,9 @@ def keyframes_command(
     paper: Paper = UNTOLD,
     progress: Progress | None = None,
 ) -> KeyframesReport:
-    """Propose the keyframes of `video` (or take `indices`) and write the sequence folder `out` with a contact sheet.
+    """Propose keyframes of `video`, or take `indices`; write the sequence folder `out` and a contact sheet.
 
-    Raises PhotoError if the video cannot be read, an index is not in it, or `out` is not a new or empty folder.
+    Raises PhotoError for a broken video, an index outside it, and an `out` that holds something already.
     """
     _require_free(out)
     chosen = list(indices) if indices is not None else propose_keyframes(video, still_seconds, progress)
@@ -67,8 +68,8 @@ def write_sequence(
 ) -> KeyframesReport:
     """Write `folder` as a sequence whose keyframes are the images `indices` of `video`, increasing.
 
-    Between two keyframes up to `between` evenly spaced images are written too. The folder appears complete or not at
-    all. Raises PhotoError for wrong indices, wrong colours, or a folder that already holds something.
+    Between two keyframes up to `between` evenly spaced images are written too. The folder appears complete or
+    not at all. Raises PhotoError for wrong indices, wrong colours, or a folder that already holds something.
     """
     _require_free(folder)
     clip = open_video(video)
@@ -111,7 +112,7 @@ def _manifest(clip: Video, indices: Sequence[int], paper: Paper) -> str:
 
 def _with_between(indices: Sequence[int], between: int) -> list[int]:
     """The indices and up to `between` evenly spaced ones in each gap."""
-    gaps = zip(indices, indices[1:], strict=False)
+    gaps = pairwise(indices)
     inner = [index for start, end in gaps for index in evenly_spaced(range(start + 1, end), between)]
     return sorted([*indices, *inner])
 
@@ -137,7 +138,7 @@ def _clock(seconds: float) -> str:
 def _require_increasing(indices: Sequence[int]) -> None:
     if not indices:
         raise PhotoError("no keyframes are named: give at least one index of an image")
-    for before, after in zip(indices, indices[1:], strict=False):
+    for before, after in pairwise(indices):
         if after <= before:
             raise PhotoError(f"keyframes must increase, but {after} comes after {before}")
 

@@ -18,7 +18,7 @@ _RING_SECONDS = 0.5
 
 @dataclass(frozen=True)
 class Still:
-    """A span of a video without motion: its middle image's index, when it starts and ends, its mean picture."""
+    """A span without motion: its middle image's index, when it starts and ends, its mean picture."""
 
     index: int
     start: float
@@ -33,7 +33,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Watched:
-    """A video seen once: its still spans in order, and samples of the picture's border, (count, pixels, 3)."""
+    """A video seen once: its still spans, and samples of the picture's border, (count, pixels, 3)."""
 
     stills: list[Still]
     border: NDArray[np.float32] = field(repr=False, compare=False)
@@ -69,7 +69,7 @@ class _Span:
 
 
 def watch(moments: Iterable[Moment], least_seconds: float) -> Watched:
-    """The spans of at least `least_seconds` in which nothing moves; a picture counts until the next one comes.
+    """The spans of at least `least_seconds` without motion; a picture counts until the next one comes.
 
     Only the span in the making and the means of finished ones are held in memory.
     """

@@ -40,8 +40,8 @@ class Moment:
 class Video:
     """A video whose images are counted from 0 in the order they are shown.
 
-    `times` holds each image's time in seconds from the first; `stamps` its time stamp in the file, None where the
-    file has no usable ones, and `keys` the stamps of the images that can be decoded on their own.
+    `times` holds each image's time in seconds from the first; `stamps` its time stamp in the file, None where
+    the file has no usable ones, and `keys` the stamps of the images that can be decoded on their own.
     """
 
     path: Path
@@ -65,11 +65,11 @@ class Video:
         return file_stamp(self.path)
 
     def read(self, index: int, longest: int | None = None) -> Rgb:
-        """The image at `index`, upright, scaled down to `longest` if given; PhotoError if it cannot be decoded."""
+        """The image at `index`, upright, scaled down to `longest` if given; PhotoError if it is broken."""
         return next(self.read_each([index], longest)).image
 
     def read_each(self, indices: Sequence[int], longest: int | None = None) -> Iterator[Moment]:
-        """The images at `indices` (increasing), decoded in one pass that skips what lies between where it can.
+        """The images at `indices` (increasing), decoded in one pass that skips what it can.
 
         Raises PhotoError for an index outside the video and for an image that cannot be decoded.
         """
@@ -80,7 +80,7 @@ class Video:
                 yield Moment(index, self.times[index], _pixels(walk.frame(index), longest))
 
     def moments(self, longest: int, rate: float) -> Iterator[Moment]:
-        """The images in order, at most `rate` a second, scaled down to `longest`; broken ones are left out."""
+        """The images in order, at most `rate` a second, scaled down to `longest`, without broken ones."""
         due = 0.0
         with _opened(self.path) as (container, stream):
             for index, frame in _decoded(self, container, stream):
@@ -145,7 +145,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
 def _survey(
     container: InputContainer, stream: VideoStream
 ) -> tuple[list[int | None], list[int], float, bool]:
-    """Time stamps of all images and of those that stand alone, the last second of any stream, whether data lacks."""
+    """Time stamps of all images, of those that stand alone, the last second, and whether data is missing."""
     stamps: list[int | None] = []
     keys: list[int] = []
     end, cut = 0.0, False
@@ -175,7 +175,7 @@ def _check_size(path: Path, stream: VideoStream) -> None:
 def _decoded(
     video: Video, container: InputContainer, stream: VideoStream
 ) -> Iterator[tuple[int, av.VideoFrame]]:
-    """Index and frame of what can be decoded from where the container stands; packets that cannot are passed over."""
+    """Index and frame of what can be decoded from where the container stands; broken packets are skipped."""
     count = 0
     for packet in container.demux(stream):
         try:
@@ -250,7 +250,7 @@ def _pixels(frame: av.VideoFrame, longest: int | None) -> Rgb:
 
 
 def _turned(pixels: Rgb, matrix: NDArray[np.int32]) -> Rgb:
-    """`pixels` as shown under a display matrix a b u c d v x y w (ISO/IEC 14496-12), to the nearest quarter turn."""
+    """`pixels` under a display matrix a b u c d v x y w (ISO/IEC 14496-12), to the nearest quarter turn."""
     a, b, _, c, d = (int(value) for value in matrix[:5])
     across, down = a, d
     if abs(b) > abs(a):
