@@ -21,8 +21,8 @@ _REPAINTED = 24.0
 class Scene:
     """What a folding video shows without hands: the table as it mostly looks, and the colours of the paper.
 
-    `table` is RGB of shape (height, width, 3); `paper` is True for each coarse colour, (bins, bins, bins),
-    that the paper has, None where the hands never leave; `free` tells for each still span whether it has no hand.
+    `table` is RGB of shape (height, width, 3). `paper` is True for each coarse colour that the paper has, shape
+    (bins, bins, bins), None where the hands never leave. `free` tells which still spans have no hand.
     """
 
     table: Small = field(repr=False, compare=False)

@@ -27,7 +27,7 @@ def propose_keyframes(
     """Indices of the images of `video` in which the paper lies still and has changed since the one before.
 
     A moment with a hand over the border gives way to one without, if that shows the same paper; otherwise it
-    counts when the hand rests for a second. Raises PhotoError if the video cannot be read or never comes to rest.
+    counts when the hand rests for a second. Raises PhotoError if the video cannot be read or never rests.
     """
     clip = open_video(video)
     watched = watch(_told(clip, clip.moments(SIDE, RATE), progress), still_seconds)
