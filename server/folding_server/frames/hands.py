@@ -21,7 +21,7 @@ _REPAINTED = 24.0
 class Scene:
     """What a folding video shows without hands: the table as it mostly looks, and the colours of the paper.
 
-    `table` is RGB of shape (height, width, 3). `paper` is True for each coarse colour that the paper has, shape
+    `table` is RGB of shape (height, width, 3). `paper` is True for each coarse colour of the paper, shape
     (bins, bins, bins), None where the hands never leave. `free` tells which still spans have no hand.
     """
 
