@@ -1,6 +1,7 @@
 """A pinhole camera over a table: world units are sheet sides, z is up, the table is z = 0.
 
-Pixels: x right, y down, the image's upper left corner at (0, 0), so that the first pixel's centre is (0.5, 0.5).
+Pixels: x right, y down, the image's upper left corner at (0, 0), so that the first pixel's centre is (0.5,
+0.5).
 """
 
 from collections.abc import Sequence
@@ -30,12 +31,12 @@ class Camera:
     def project(self, points: Sequence[Sequence[float]] | Matrix) -> Matrix:
         """Pixels (n, 2) of points (n, 3) over the table."""
         seen = (np.asarray(points, float).reshape(-1, 3) @ self.R.T + self.t) @ self.K.T
-        return cast(Matrix, seen[:, :2] / seen[:, 2:])
+        return seen[:, :2] / seen[:, 2:]
 
 
 def scaled(homography: Matrix) -> Matrix:
     """The same homography with 1 as its last entry."""
-    return cast(Matrix, homography / homography[2, 2])
+    return cast("Matrix", homography / homography[2, 2])
 
 
 def looking_down(
@@ -43,8 +44,8 @@ def looking_down(
 ) -> Camera:
     """A camera that looks at the origin from ``distance``.
 
-    ``size`` (width, height) and ``focal`` in pixels; ``tilt`` from straight down, the ``azimuth`` on the table it leans
-    towards and ``roll`` about its own axis in degrees.
+    ``size`` (width, height) and ``focal`` in pixels; ``tilt`` from straight down, the ``azimuth`` on the
+    table it leans towards and ``roll`` about its own axis in degrees.
     """
     width, height = size
     K = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1.0]])
@@ -62,4 +63,4 @@ def _leaning(tilt: float, azimuth: float) -> Matrix:
     """Rotation that brings the direction of a leaning camera (tilt from z towards azimuth) onto z."""
     c, s = cos(radians(tilt)), sin(radians(tilt))
     about_y = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
-    return cast(Matrix, _about_z(azimuth) @ about_y @ _about_z(-azimuth))
+    return cast("Matrix", _about_z(azimuth) @ about_y @ _about_z(-azimuth))

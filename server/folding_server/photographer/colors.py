@@ -1,7 +1,6 @@
-"""Colours as light: sRGB to linear and back, perceived difference, and the papers and tables a scene may use."""
+"""Colours as light: sRGB to linear and back, perceived difference, and the papers and tables of scenes."""
 
 from dataclasses import dataclass
-from typing import cast
 
 import cv2
 import numpy as np
@@ -42,13 +41,27 @@ STOCKS = (
 """Papers from the shelf: most are white on the front and dyed on the back, some are dyed on both sides."""
 
 PLAIN_TABLES = (
-    "#2e3134", "#54585c", "#7d8286", "#3b4a45", "#5a4636", "#8a8f78", "#27364a", "#a9b3ba", "#6d5f72", "#1f2022",
+    "#2e3134",
+    "#54585c",
+    "#7d8286",
+    "#3b4a45",
+    "#5a4636",
+    "#8a8f78",
+    "#27364a",
+    "#a9b3ba",
+    "#6d5f72",
+    "#1f2022",
 )
 PALE_TABLES = ("#d9d8d4", "#e6e3dc", "#cfd4d6", "#c9beb0", "#b9bfc4")
 
 
+def floats(values: object) -> Floats:
+    """Any array as 32-bit floats."""
+    return np.asarray(values, np.float32)
+
+
 def to_linear(encoded: NDArray[np.generic] | Rgb) -> Floats:
-    """sRGB values 0 to 255 as linear light 0 to 1, any shape."""
+    """Linear light 0 to 1 of sRGB values 0 to 255, any shape."""
     value = np.asarray(encoded, np.float32) / np.float32(255)
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
@@ -57,7 +70,7 @@ def to_srgb(light: Floats) -> Floats:
     """Linear light 0 to 1 as sRGB values 0 to 255 (not rounded), any shape; light beyond 1 clips."""
     value = np.clip(light, 0, 1)
     high = 1.055 * np.power(value, np.float32(1 / 2.4)) - 0.055
-    return cast(Floats, np.where(value <= 0.0031308, 12.92 * value, high) * np.float32(255))
+    return floats(np.where(value <= 0.0031308, 12.92 * value, high) * np.float32(255))
 
 
 def linear_color(color: str) -> Floats:

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-
 from folding_schemas.actions import Program
+
 from folding_server.photographer.camera import Camera
 from folding_server.photographer.scene import Drift
 from folding_server.simulator import Paper
@@ -17,7 +17,8 @@ BORDER = 0.05
 def pivots(program: Program) -> list[Point]:
     """The folded place of the sheet's middle spot on the table at each keyframe.
 
-    People turn a model over where it lies, so the spot follows the flips; only "y=-x" moves it, by a sheet's side.
+    People turn a model over where it lies, so the spot follows the flips; only "y=-x" moves it, by a sheet's
+    side.
     """
     spots = [(0.5, 0.5)]
     for step in program.steps:
@@ -38,10 +39,16 @@ def middle(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:
 
 
 def fitting_fraction(
-    camera_at: Callable[[float], Camera], papers: Sequence[Paper], drifts: Sequence[Drift],
-    centers: Sequence[Point], size: tuple[int, int], wanted: float,
+    camera_at: Callable[[float], Camera],
+    papers: Sequence[Paper],
+    drifts: Sequence[Drift],
+    centers: Sequence[Point],
+    size: tuple[int, int],
+    wanted: float,
 ) -> float:
-    """The sheet's side as a part of the picture's shorter side: as wanted, or smaller until every keyframe fits."""
+    """The sheet's side as a part of the picture's shorter side: as wanted, or smaller until every keyframe
+    fits.
+    """
     fraction = wanted
     while not _fits(camera_at(fraction), papers, drifts, centers, size):
         fraction *= 0.97
@@ -49,7 +56,11 @@ def fitting_fraction(
 
 
 def _fits(
-    camera: Camera, papers: Sequence[Paper], drifts: Sequence[Drift], centers: Sequence[Point], size: tuple[int, int]
+    camera: Camera,
+    papers: Sequence[Paper],
+    drifts: Sequence[Drift],
+    centers: Sequence[Point],
+    size: tuple[int, int],
 ) -> bool:
     free = BORDER * min(size)
     for paper, drift, center in zip(papers, drifts, centers, strict=True):

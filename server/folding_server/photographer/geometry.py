@@ -40,7 +40,7 @@ class Placement:
 
 
 def place(paper: Paper, camera: Camera, folded_to_table: Matrix) -> Placement:
-    """Lay a paper on the table, seen at the mean height of its layers, so that edges on one another stay so."""
+    """Lay a paper on the table, seen at the mean height of its layers: edges on one another stay so."""
     level = layer_levels(paper)
     vertices = sorted(paper.positions)
     flat = np.array([paper.positions[v] for v in vertices]) @ folded_to_table[:, :2].T + folded_to_table[:, 2]

@@ -1,4 +1,5 @@
-"""Hands over the paper: a shape of rounded limbs with skin, nails and a sleeve, reaching in from a side of the picture.
+"""Hands over the paper: a shape of rounded limbs with skin, nails and a sleeve, reaching in from a side of
+the picture.
 
 A hand is built upright, the wrist at the origin and the middle finger along +y, with its length as the unit.
 """
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, linear_color
+from folding_server.photographer.colors import Floats, floats, linear_color
 from folding_server.photographer.levels import Level
 
 SKINS = ("#f0c8ac", "#e3b08d", "#c98f68", "#9a6543", "#6d442c", "#f3d2bd")
@@ -42,7 +43,9 @@ class Limb:
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand before it is placed: skin ``limbs``, ``nails`` (centre x, y, direction in degrees, radius), the sleeve."""
+    """A hand before it is placed: skin ``limbs``, ``nails`` (centre x, y, direction in degrees, radius), the
+    sleeve.
+    """
 
     pose: str
     left: bool
@@ -55,7 +58,9 @@ class Hand:
 
 @dataclass(frozen=True)
 class Reach:
-    """Where a hand is: its wrist in pixels, ``scale`` pixels to its length, ``angle`` of the fingers in degrees."""
+    """Where a hand is: its wrist in pixels, ``scale`` pixels to its length, ``angle`` of the fingers in
+    degrees.
+    """
 
     hand: Hand
     side: str
@@ -67,7 +72,9 @@ class Reach:
 
 @dataclass(frozen=True)
 class Cover:
-    """What a hand does to a picture: linear colour (h, w, 3), its opacity (h, w) and the light it leaves (h, w)."""
+    """What a hand does to a picture: linear colour (h, w, 3), its opacity (h, w) and the light it leaves (h,
+    w).
+    """
 
     color: Floats
     opacity: Floats
@@ -79,7 +86,8 @@ def reaching_hand(
 ) -> Reach | None:
     """The hand in a frame, if there is one: over the edge of the paper, covering at most a fifth of it.
 
-    ``coverage`` is the paper in the picture (0 to 255), ``unit`` pixels to a sheet side. The first frame has none.
+    ``coverage`` is the paper in the picture (0 to 255), ``unit`` pixels to a sheet side. The first frame has
+    none.
     """
     rng = stream(seed, "hands", frame)
     if frame == 0 or rng.random() >= level.hands:
@@ -123,7 +131,12 @@ def _build(person: np.random.Generator, rng: np.random.Generator) -> Hand:
     limbs: list[Limb] = []
     nails: list[tuple[float, float, float, float]] = []
     spread = rng.uniform(0.5, 1.3)
-    fingers = ((-0.155, 0.5, -9, 0.37), (-0.05, 0.53, -2, 0.43), (0.055, 0.51, 5, 0.39), (0.145, 0.455, 13, 0.3))
+    fingers = (
+        (-0.155, 0.5, -9, 0.37),
+        (-0.05, 0.53, -2, 0.43),
+        (0.055, 0.51, 5, 0.39),
+        (0.145, 0.455, 13, 0.3),
+    )
     for i, (x, y, tilt, length) in enumerate(fingers):
         limbs.append(Limb((0.42 * x, 0.02), (x, y - 0.02), 0.105, 0.066))
         stretch = 1.0 if i == 0 else POSES[pose]
@@ -135,8 +148,12 @@ def _build(person: np.random.Generator, rng: np.random.Generator) -> Hand:
 
 
 def _finger(
-    root: tuple[float, float], tilt: float, length: float, radius: float,
-    nails: list[tuple[float, float, float, float]], rng: np.random.Generator,
+    root: tuple[float, float],
+    tilt: float,
+    length: float,
+    radius: float,
+    nails: list[tuple[float, float, float, float]],
+    rng: np.random.Generator,
 ) -> list[Limb]:
     """Two straight pieces, the second bent inwards a little, and a nail; ``tilt`` degrees clockwise from +y."""
     parts, at, bend = [], root, tilt
@@ -173,11 +190,15 @@ def _height(limbs: tuple[Limb, ...], points: tuple[Floats, Floats]) -> Floats:
 def _sleeve(hand: Hand, points: tuple[Floats, Floats]) -> Floats:
     """Height of the sleeve over the table: round across, cut off at the cuff."""
     x, y = points
-    return np.asarray(_height((hand.sleeve,), points) * (y < CUFF - 0.8 * x * x), np.float32)
+    return floats(_height((hand.sleeve,), points) * (y < CUFF - 0.8 * x * x))
 
 
-def cover_with(reach: Reach, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int) -> Cover:
-    """Skin, nails and sleeve of a hand in a picture of (height, width), and its soft shadow thrown ``towards``."""
+def cover_with(
+    reach: Reach, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int
+) -> Cover:
+    """Skin, nails and sleeve of a hand in a picture of (height, width), and its soft shadow thrown
+    ``towards``.
+    """
     points = _local(reach, shape)
     rng = stream(seed, "skin", frame)
     flesh, cloth = _height(reach.hand.limbs, points), _sleeve(reach.hand, points)
@@ -185,7 +206,9 @@ def cover_with(reach: Reach, shape: tuple[int, int], towards: tuple[float, float
     color = linear_color(reach.hand.skin) * (skin_light * _mottled(rng, shape))[..., None]
     thin = np.exp(-flesh / 0.025)[..., None] * np.array([0.04, -0.05, -0.06], np.float32)
     color = _with_nails(color * (1 + thin), reach.hand, points, skin_light)
-    sleeve = linear_color(reach.hand.cloth) * (_lit(cloth, reach, towards, 0.02) * _woven(rng, points))[..., None]
+    sleeve = (
+        linear_color(reach.hand.cloth) * (_lit(cloth, reach, towards, 0.02) * _woven(rng, points))[..., None]
+    )
     over, bare = _edge(cloth, reach.scale), _edge(flesh, reach.scale)
     opacity = np.maximum(bare, over)
     share = (over / np.maximum(over + bare * (1 - over), 1e-3))[..., None]
@@ -196,7 +219,7 @@ def cover_with(reach: Reach, shape: tuple[int, int], towards: tuple[float, float
 def _edge(height: Floats, scale: float) -> Floats:
     """Opacity 0 to 1 with an edge about one pixel wide."""
     solid = (height > 0).astype(np.float32)
-    return cv2.GaussianBlur(solid, (0, 0), max(0.6, scale / 700)).astype(np.float32)
+    return floats(cv2.GaussianBlur(solid, (0, 0), max(0.6, scale / 700)))
 
 
 def _lit(height: Floats, reach: Reach, towards: tuple[float, float], soften: float) -> Floats:
@@ -206,7 +229,7 @@ def _lit(height: Floats, reach: Reach, towards: tuple[float, float], soften: flo
     facing = (slope_x * towards[0] + slope_y * towards[1] + 1.1) / np.sqrt(slope_x**2 + slope_y**2 + 1)
     wide = cv2.GaussianBlur(height, (0, 0), 0.05 * reach.scale) * np.float32(reach.scale)
     crevice = np.clip((smooth - wide) / (0.05 * reach.scale), -1, 0.3)
-    return np.clip(0.42 + 0.42 * facing + 0.18 * crevice, 0.12, 1.15).astype(np.float32)
+    return floats(np.clip(0.42 + 0.42 * facing + 0.18 * crevice, 0.12, 1.15))
 
 
 def _mottled(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -216,7 +239,7 @@ def _mottled(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
     size = (shape[1], shape[0])
     clouds = cv2.resize(coarse, size, interpolation=cv2.INTER_CUBIC)
     pores = cv2.resize(fine, size, interpolation=cv2.INTER_LINEAR)
-    return (1 + 0.035 * clouds + 0.025 * pores).astype(np.float32)
+    return floats(1 + 0.035 * clouds + 0.025 * pores)
 
 
 def _woven(rng: np.random.Generator, points: tuple[Floats, Floats]) -> Floats:
@@ -226,7 +249,7 @@ def _woven(rng: np.random.Generator, points: tuple[Floats, Floats]) -> Floats:
     folds = np.sin((y + wobble) * 21 + rng.uniform(0, 6)) * np.sin((y - 0.6 * x) * 8.3 + rng.uniform(0, 6))
     hem = 1 - 0.3 * np.exp(-(((y - CUFF + 0.045 + 0.8 * x * x) / 0.007) ** 2))
     thread = rng.standard_normal(x.shape, np.float32)
-    return ((1 + 0.13 * folds + 0.05 * thread) * hem).astype(np.float32)
+    return floats((1 + 0.13 * folds + 0.05 * thread) * hem)
 
 
 def _with_nails(color: Floats, hand: Hand, points: tuple[Floats, Floats], light: Floats) -> Floats:
@@ -235,9 +258,13 @@ def _with_nails(color: Floats, hand: Hand, points: tuple[Floats, Floats], light:
     for x, y, tilt, radius in hand.nails:
         c, s = cos(radians(tilt)), sin(radians(tilt))
         across, along = c * (points[0] - x) - s * (points[1] - y), s * (points[0] - x) + c * (points[1] - y)
-        inside = np.clip((1 - (across / radius) ** 2 - ((along - 0.3 * radius) / (1.35 * radius)) ** 2) * 3, 0, 1)
-        color = color * (1 - 0.75 * inside[..., None]) + tone * (0.75 * inside * (light * 0.9 + 0.12))[..., None]
-    return np.asarray(color, np.float32)
+        inside = np.clip(
+            (1 - (across / radius) ** 2 - ((along - 0.3 * radius) / (1.35 * radius)) ** 2) * 3, 0, 1
+        )
+        color = (
+            color * (1 - 0.75 * inside[..., None]) + tone * (0.75 * inside * (light * 0.9 + 0.12))[..., None]
+        )
+    return floats(color)
 
 
 def _shadow(opacity: Floats, scale: float, towards: tuple[float, float]) -> Floats:

@@ -1,7 +1,8 @@
-"""Paper that is not quite square and folds that are not quite where they should be: the program as hands carry it out.
+"""Paper that is not quite square and folds that are not quite where they should be: the program as hands
+carry it out.
 
-Where folds miss their landmarks, cuts make other vertices than in the exact program, so every action is carried over
-by the places of its vertices on the sheet.
+Where folds miss their landmarks, cuts make other vertices than in the exact program, so every action is
+carried over by the places of its vertices on the sheet.
 """
 
 from collections.abc import Mapping
@@ -9,8 +10,8 @@ from dataclasses import dataclass, field
 from math import hypot
 
 import numpy as np
-
 from folding_schemas.actions import Action, AddVertex, Fold, Program, Unfold
+
 from folding_server.errors import ActionRefused
 from folding_server.photographer.chance import stream
 from folding_server.photographer.levels import Level
@@ -59,21 +60,24 @@ class Hands:
             return action.model_copy(update={"edge": (u, v)})
         (ux, uy), (vx, vy) = self.real.places[u], self.real.places[v]
         position = action.position + off / max(hypot(ux - vx, uy - vy), 1e-9)
-        return action.model_copy(update={"edge": (u, v), "position": float(np.clip(round(position, 6), 0.01, 0.99))})
+        return action.model_copy(
+            update={"edge": (u, v), "position": float(np.clip(round(position, 6), 0.01, 0.99))}
+        )
 
     def same_model(self) -> bool:
         """Whether every vertex still lies about where it does in the exact model."""
         exact, real = self.exact.positions, self.real.positions
         return all(
-            hypot(exact[v][0] - real[w][0], exact[v][1] - real[w][1]) <= SAME_MODEL for v, w in self.twin.items()
+            hypot(exact[v][0] - real[w][0], exact[v][1] - real[w][1]) <= SAME_MODEL
+            for v, w in self.twin.items()
         )
 
 
 def imprecise(program: Program, seed: int, level: Level) -> Program:
     """The program as it is really carried out at a level; the program itself where the level is exact.
 
-    Errors are drawn once and scaled down until the folds can be made and give the same model. ProgramError if even
-    the exact program cannot be folded.
+    Errors are drawn once and scaled down until the folds can be made and give the same model. ProgramError if
+    even the exact program cannot be folded.
     """
     keyframe_papers(program)
     if level.crooked == level.sloppy == 0:

@@ -12,11 +12,12 @@ Range = tuple[float, float]
 class Level:
     """Ranges and amounts of one level.
 
-    ``tilt`` degrees from straight down; ``turn`` degrees and ``shift`` sheet sides are normal deviations of the sheet's
-    drift from frame to frame; ``unsteady`` the same for the camera's tilt in degrees; ``contrast`` the least perceived
-    difference between the paper and the table; ``lamp`` how much brightness falls off across the picture; ``blur`` in
-    pixels; ``noise`` in sRGB steps; ``quality`` of the JPEG; ``sway`` how much the light changes between frames;
-    ``crooked`` and ``sloppy`` how far the sheet is from square and the folds are off, as parts of the sheet's side.
+    ``tilt`` degrees from straight down; ``turn`` degrees and ``shift`` sheet sides are normal deviations of
+    the sheet's drift from frame to frame; ``unsteady`` the same for the camera's tilt in degrees;
+    ``contrast`` the least perceived difference between the paper and the table; ``lamp`` how much brightness
+    falls off across the picture; ``blur`` in pixels; ``noise`` in sRGB steps; ``quality`` of the JPEG;
+    ``sway`` how much the light changes between frames; ``crooked`` and ``sloppy`` how far the sheet is from
+    square and the folds are off, as parts of the sheet's side.
     """
 
     tilt: Range
@@ -41,19 +42,64 @@ class Level:
 
 LEVELS: Mapping[int, Level] = {
     1: Level(
-        tilt=(0.0, 4.0), turn=0.8, shift=0.006, unsteady=0.0, contrast=34.0, tables=("plain",), pale_tables=False,
-        patterns=False, lamp=(0.05, 0.15), warmth=0.01, vignette=(0.02, 0.08), blur=(0.4, 0.6), noise=(0.8, 1.4),
-        quality=87, sway=0.0, hands=0.0, crooked=0.0, sloppy=0.0,
+        tilt=(0.0, 4.0),
+        turn=0.8,
+        shift=0.006,
+        unsteady=0.0,
+        contrast=34.0,
+        tables=("plain",),
+        pale_tables=False,
+        patterns=False,
+        lamp=(0.05, 0.15),
+        warmth=0.01,
+        vignette=(0.02, 0.08),
+        blur=(0.4, 0.6),
+        noise=(0.8, 1.4),
+        quality=87,
+        sway=0.0,
+        hands=0.0,
+        crooked=0.0,
+        sloppy=0.0,
     ),
     2: Level(
-        tilt=(4.0, 15.0), turn=2.5, shift=0.02, unsteady=0.1, contrast=20.0, tables=("plain",), pale_tables=True,
-        patterns=True, lamp=(0.2, 0.45), warmth=0.05, vignette=(0.05, 0.2), blur=(0.6, 1.1), noise=(2.0, 3.5),
-        quality=70, sway=0.0, hands=0.0, crooked=0.0, sloppy=0.0,
+        tilt=(4.0, 15.0),
+        turn=2.5,
+        shift=0.02,
+        unsteady=0.1,
+        contrast=20.0,
+        tables=("plain",),
+        pale_tables=True,
+        patterns=True,
+        lamp=(0.2, 0.45),
+        warmth=0.05,
+        vignette=(0.05, 0.2),
+        blur=(0.6, 1.1),
+        noise=(2.0, 3.5),
+        quality=70,
+        sway=0.0,
+        hands=0.0,
+        crooked=0.0,
+        sloppy=0.0,
     ),
     3: Level(
-        tilt=(4.0, 15.0), turn=2.5, shift=0.02, unsteady=0.15, contrast=20.0, tables=("wood", "mat", "cloth"),
-        pale_tables=True, patterns=True, lamp=(0.15, 0.45), warmth=0.06, vignette=(0.05, 0.25), blur=(0.6, 1.1),
-        noise=(1.5, 3.5), quality=75, sway=0.08, hands=0.45, crooked=0.01, sloppy=0.01,
+        tilt=(4.0, 15.0),
+        turn=2.5,
+        shift=0.02,
+        unsteady=0.15,
+        contrast=20.0,
+        tables=("wood", "mat", "cloth"),
+        pale_tables=True,
+        patterns=True,
+        lamp=(0.15, 0.45),
+        warmth=0.06,
+        vignette=(0.05, 0.25),
+        blur=(0.6, 1.1),
+        noise=(1.5, 3.5),
+        quality=75,
+        sway=0.08,
+        hands=0.45,
+        crooked=0.01,
+        sloppy=0.01,
     ),
 }
 
@@ -61,5 +107,7 @@ LEVELS: Mapping[int, Level] = {
 def level_named(number: int) -> Level:
     """The level with this number. PhotoError for any other than 1, 2 and 3."""
     if number not in LEVELS:
-        raise PhotoError(f"There is no level {number}; choose 1 (plain), 2 (uneven) or 3 (hands and textured tables).")
+        raise PhotoError(
+            f"There is no level {number}; choose 1 (plain), 2 (uneven) or 3 (hands and textured tables)."
+        )
     return LEVELS[number]

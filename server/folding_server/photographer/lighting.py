@@ -1,4 +1,4 @@
-"""The lamp: how bright and how warm the light is across the picture, and how it changes from frame to frame."""
+"""The lamp: how bright and warm the light is across the picture, and how it changes between frames."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin
@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats
+from folding_server.photographer.colors import Floats, floats
 from folding_server.photographer.levels import Level
 from folding_server.photographer.scene import Scene
 
@@ -17,7 +17,9 @@ EXPOSURE = 0.93
 
 @dataclass(frozen=True)
 class Lamp:
-    """The lamp at one frame: ``azimuth`` on the table in degrees, ``gain`` of its strength, ``tint`` towards red."""
+    """The lamp at one frame: ``azimuth`` on the table in degrees, ``gain`` of its strength, ``tint`` towards
+    red.
+    """
 
     azimuth: float
     gain: float
@@ -40,6 +42,8 @@ def lamp_light(scene: Scene, lamp: Lamp, size: tuple[int, int]) -> Floats:
     fall = 1 + scene.lamp_fall * (0.75 * towards - 0.25 * (towards - 1) ** 2 / 2 + 0.125)
     lens = 1 - scene.vignette * ((x * aspect[0]) ** 2 + (y * aspect[1]) ** 2) / 2
     field = EXPOSURE * lamp.gain * np.clip(fall, 0.2, 1.25) * lens
-    warmth = np.asarray(scene.warmth, np.float32) * np.array([1 + lamp.tint / 3, 1, 1 - lamp.tint / 3], np.float32)
+    warmth = np.asarray(scene.warmth, np.float32) * np.array(
+        [1 + lamp.tint / 3, 1, 1 - lamp.tint / 3], np.float32
+    )
     smooth = cv2.resize(field.astype(np.float32), size, interpolation=cv2.INTER_CUBIC)
-    return (smooth[..., None] * warmth).astype(np.float32)
+    return floats(smooth[..., None] * warmth)

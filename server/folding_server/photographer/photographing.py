@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from folding_schemas.actions import Program
 from numpy.typing import NDArray
 
-from folding_schemas.actions import Program
 from folding_server.errors import PhotoError
 from folding_server.photographer.camera import Camera
 from folding_server.photographer.chance import stream
@@ -75,14 +75,18 @@ class Session:
 
 
 def photograph(
-    program: Program, folder: Path, seed: int, level: int = 1, size: tuple[int, int] = (800, 800),
+    program: Program,
+    folder: Path,
+    seed: int,
+    level: int = 1,
+    size: tuple[int, int] = (800, 800),
     progress: Progress | None = None,
 ) -> PhotographResult:
     """Write photo-like keyframes of a program into a folder; the same arguments always give the same files.
 
-    ``size`` is (width, height) in pixels; ``progress`` is told (frames done, frames in all). The program's colours
-    are used where it states them. Raises PhotoError for a level, size, colour or folder that cannot be used, and
-    ProgramError for a program that cannot be folded.
+    ``size`` is (width, height) in pixels; ``progress`` is told (frames done, frames in all). The program's
+    colours are used where it states them. Raises PhotoError for a level, size, colour or folder that cannot
+    be used, and ProgramError for a program that cannot be folded.
     """
     ranges = level_named(level)
     program = imprecise(program, _checked_seed(seed), ranges)
@@ -103,7 +107,10 @@ def photograph(
 def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
     low, high = SIZES
     if not all(low <= side <= high for side in size):
-        raise PhotoError(f"The size {size[0]}x{size[1]} cannot be used; give a width and height from {low} to {high} pixels.")
+        raise PhotoError(
+            f"The size {size[0]}x{size[1]} cannot be used; give a width and height from {low} to {high} "
+            "pixels."
+        )
     return size
 
 
@@ -122,7 +129,11 @@ def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -
     x, y = middle(papers, spots)
     centers = tuple((x + px, y + py) for px, py in spots)
     fraction = fitting_fraction(
-        lambda f: frame_camera(scene, level, size, f, seed, 0), papers, walk, centers, size,
+        lambda f: frame_camera(scene, level, size, f, seed, 0),
+        papers,
+        walk,
+        centers,
+        size,
         wanted=float(stream(seed, "framing").uniform(0.46, 0.56)),
     )
     sheet, table = blank_sheet(scene, seed, program.sheet), table_texture(scene, seed)
@@ -138,8 +149,11 @@ def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], Reach | Non
     unit = session.sheet_fraction * min(session.size)
     towards = throw_direction(lamp.azimuth, scene.roll)
     albedo, light, coverage = paint_stack(
-        seen_table(session.table, placement.camera, session.size), placement,
-        creased(session.sheet, placement.paper), Shading(towards, scene.shadow), unit,
+        seen_table(session.table, placement.camera, session.size),
+        placement,
+        creased(session.sheet, placement.paper),
+        Shading(towards, scene.shadow),
+        unit,
         dict(zip(sorted(placement.paper.faces), tones.tolist(), strict=True)),
     )
     lit = albedo * light[..., None]
@@ -151,9 +165,7 @@ def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], Reach | Non
     return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, index), reach
 
 
-def _truth(
-    session: Session, program: Program, index: int, image: str, hand: Reach | None
-) -> dict[str, Any]:
+def _truth(session: Session, program: Program, index: int, image: str, hand: Reach | None) -> dict[str, Any]:
     step = program.steps[index - 1] if index else ()
     before = session.papers[max(index - 1, 0)]
     return frame_truth(index + 1, image, step, before, session.placement(index), session.drifts[index], hand)
@@ -184,11 +196,21 @@ def _write_documents(
         "front_color": near_color(rng, session.scene.front, 3.0),
         "back_color": near_color(rng, session.scene.back, 3.0),
     }
-    manifest = {"name": program.name, "frames": "frames", **colors, "keyframes": list(range(1, len(truths) + 1))}
+    manifest = {
+        "name": program.name,
+        "frames": "frames",
+        **colors,
+        "keyframes": list(range(1, len(truths) + 1)),
+    }
     truth = {
-        "name": program.name, "note": NOTE, "seed": session.seed, "level": level,
+        "name": program.name,
+        "note": NOTE,
+        "seed": session.seed,
+        "level": level,
         "scene": scene_truth(session.scene, session.sheet_fraction, session.size),
-        "front_color": session.scene.front, "back_color": session.scene.back, "sheet": list(program.sheet),
+        "front_color": session.scene.front,
+        "back_color": session.scene.back,
+        "sheet": list(program.sheet),
         "frames": truths,
     }
     _write(folder / "keyframes.json", json.dumps(manifest, indent=1))

@@ -24,7 +24,9 @@ def _applied(paper: Paper, action: Action, where: str) -> Paper:
     try:
         return apply(paper, action)
     except ActionRefused as refusal:
-        raise ProgramError(f"{where} cannot be folded: {described(action)} is refused: {refusal}") from refusal
+        raise ProgramError(
+            f"{where} cannot be folded: {described(action)} is refused: {refusal}"
+        ) from refusal
 
 
 def described(action: Action) -> str:

@@ -7,7 +7,14 @@ import numpy as np
 
 from folding_server.photographer.camera import Camera, Matrix, looking_down
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import PALE_TABLES, PLAIN_TABLES, STOCKS, Stock, difference, near_color
+from folding_server.photographer.colors import (
+    PALE_TABLES,
+    PLAIN_TABLES,
+    STOCKS,
+    Stock,
+    difference,
+    near_color,
+)
 from folding_server.photographer.levels import Level
 
 PATTERNS = ("dots", "stripes", "checks")
@@ -61,20 +68,30 @@ def compose(seed: int, level: Level, front: str | None, back: str | None) -> Sce
     table = str(rng.choice(list(level.tables)))
     patterned = level.patterns and rng.random() < 0.5
     return Scene(
-        front=near_color(rng, stock.front, 1.5), back=near_color(rng, stock.back, 2.0),
+        front=near_color(rng, stock.front, 1.5),
+        back=near_color(rng, stock.back, 2.0),
         front_pattern=str(rng.choice(PATTERNS)) if patterned and rng.random() < 0.35 else None,
         back_pattern=str(rng.choice(PATTERNS)) if patterned else None,
-        table=table, table_color=_table_color(rng, level, table, stock),
-        tilt=rng.uniform(*level.tilt), azimuth=rng.uniform(-180, 180), roll=rng.normal(0, 1.5),
-        lens=rng.uniform(1.25, 1.7), lamp_azimuth=rng.uniform(-180, 180), lamp_fall=rng.uniform(*level.lamp),
+        table=table,
+        table_color=_table_color(rng, level, table, stock),
+        tilt=rng.uniform(*level.tilt),
+        azimuth=rng.uniform(-180, 180),
+        roll=rng.normal(0, 1.5),
+        lens=rng.uniform(1.25, 1.7),
+        lamp_azimuth=rng.uniform(-180, 180),
+        lamp_fall=rng.uniform(*level.lamp),
         shadow=rng.uniform(0.5, 0.7),
-        warmth=_warmth(rng, level.warmth), vignette=rng.uniform(*level.vignette), blur=rng.uniform(*level.blur),
+        warmth=_warmth(rng, level.warmth),
+        vignette=rng.uniform(*level.vignette),
+        blur=rng.uniform(*level.blur),
         noise=rng.uniform(*level.noise),
     )
 
 
 def _stock(rng: np.random.Generator, front: str | None, back: str | None) -> Stock:
-    """A paper from the shelf, or the one that is asked for; a missing side is one that differs from the other."""
+    """A paper from the shelf, or the one that is asked for; a missing side is one that differs from the
+    other.
+    """
     shelf = [STOCKS[i] for i in rng.permutation(len(STOCKS))]
     if front is None and back is not None:
         front = next(s.front for s in shelf if difference(s.front, back) > 30)
@@ -111,7 +128,9 @@ def drifts(seed: int, level: Level, frames: int) -> list[Drift]:
 def frame_camera(
     scene: Scene, level: Level, size: tuple[int, int], sheet_fraction: float, seed: int, frame: int
 ) -> Camera:
-    """The camera of one frame; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter side."""
+    """The camera of one frame; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter
+    side.
+    """
     focal = scene.lens * min(size)
     distance = focal / (sheet_fraction * min(size))
     shake = stream(seed, "camera", frame).normal(0, 1, 3) * level.unsteady

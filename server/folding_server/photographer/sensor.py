@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, to_srgb
+from folding_server.photographer.colors import Floats, floats, to_srgb
 from folding_server.photographer.scene import Scene
 
 
@@ -13,7 +13,7 @@ def expose(light: Floats, scene: Scene, seed: int, frame: int) -> NDArray[np.uin
     """The picture (height, width, 3) uint8 RGB that a sensor takes of linear light 0 to 1."""
     rng = stream(seed, "sensor", frame)
     blurred = cv2.GaussianBlur(light, (0, 0), scene.blur)
-    encoded = to_srgb(blurred)
+    encoded = to_srgb(floats(blurred))
     grey = rng.standard_normal(encoded.shape[:2], np.float32)[..., None]
     tinted = cv2.GaussianBlur(rng.standard_normal(encoded.shape, np.float32), (0, 0), 0.7)
     noisy = encoded + np.float32(scene.noise) * (np.float32(0.8) * grey + np.float32(1.2) * tinted)
@@ -22,5 +22,7 @@ def expose(light: Floats, scene: Scene, seed: int, frame: int) -> NDArray[np.uin
 
 def jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
     """A JPEG file of an RGB picture."""
-    _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    _, data = cv2.imencode(
+        ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality]
+    )
     return data.tobytes()

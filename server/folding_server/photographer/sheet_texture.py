@@ -1,4 +1,6 @@
-"""What is printed and worn on the sheet: colour, pattern, grain and crease marks of both sides, in sheet coordinates."""
+"""What is printed and worn on the sheet: colour, pattern, grain and crease marks of both sides, in sheet
+coordinates.
+"""
 
 from dataclasses import dataclass
 
@@ -8,7 +10,7 @@ from numpy.typing import NDArray
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, linear_color
+from folding_server.photographer.colors import Floats, floats, linear_color
 from folding_server.photographer.scene import Scene
 from folding_server.simulator import Paper
 
@@ -21,7 +23,9 @@ _SHIFT = 4
 
 @dataclass(frozen=True)
 class SheetTexture:
-    """Linear colour of the two sides, float32 (rows, columns, 3), both as seen from the front; row 0 is the sheet's top."""
+    """Linear colour of the two sides, float32 (rows, columns, 3), both as seen from the front; row 0 is the
+    sheet's top.
+    """
 
     front: Floats
     back: Floats
@@ -43,20 +47,20 @@ def blank_sheet(scene: Scene, seed: int, sheet: tuple[float, float]) -> SheetTex
 
 
 def _side(rng: np.random.Generator, shape: tuple[int, int], color: str, pattern: str | None) -> Floats:
-    """One side: linear colour times grain, with a subtle print of a lighter or darker shade of the same dye."""
+    """One side: linear colour times grain, with a subtle print in another shade of the same dye."""
     albedo = np.empty((*shape, 3), np.float32)
     albedo[:] = linear_color(color)
     if pattern is not None:
         strength = rng.uniform(0.15, 0.3) * rng.choice([-1, 1])
         albedo *= 1 + np.float32(strength) * _print(pattern, shape, rng.uniform(0.03, 0.06))[..., None]
-    return np.clip(albedo * _grain(rng, shape)[..., None], 0, 1)
+    return floats(np.clip(albedo * _grain(rng, shape)[..., None], 0, 1))
 
 
 def _grain(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
     """Brightness of the fibres about 1: fine grain and faint clouds."""
     fine = cv2.GaussianBlur(rng.standard_normal(shape, np.float32), (0, 0), 1.2)
     clouds = cv2.resize(rng.standard_normal((9, 9), np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
-    return (1 + 0.045 * fine + 0.008 * clouds).astype(np.float32)
+    return floats(1 + 0.045 * fine + 0.008 * clouds)
 
 
 def _print(pattern: str, shape: tuple[int, int], period: float) -> Floats:
@@ -65,12 +69,12 @@ def _print(pattern: str, shape: tuple[int, int], period: float) -> Floats:
     if pattern == "dots":
         row = np.floor(y)
         distance = np.hypot(np.mod(x + 0.5 * np.mod(row, 2), 1) - 0.5, np.mod(y, 1) - 0.5)
-        return np.clip((0.27 - distance) * 12 + 0.5, 0, 1).astype(np.float32)
+        return floats(np.clip((0.27 - distance) * 12 + 0.5, 0, 1))
     stripes = np.clip((0.25 - np.abs(np.mod(x, 1) - 0.5)) * 12 + 0.5, 0, 1)
     if pattern == "stripes":
-        return stripes.astype(np.float32)
+        return floats(stripes)
     across = np.clip((0.25 - np.abs(np.mod(y, 1) - 0.5)) * 12 + 0.5, 0, 1)
-    return ((stripes + across) / 2).astype(np.float32)
+    return floats((stripes + across) / 2)
 
 
 def creased(sheet: SheetTexture, paper: Paper, strength: float = 1.0) -> SheetTexture:
@@ -80,9 +84,7 @@ def creased(sheet: SheetTexture, paper: Paper, strength: float = 1.0) -> SheetTe
         return sheet
     valley = (1 - 0.2 * strength * dark + 0.12 * strength * light)[..., None].astype(np.float32)
     ridge = (1 + 0.12 * strength * dark - 0.2 * strength * light)[..., None].astype(np.float32)
-    return SheetTexture(
-        np.clip(sheet.front * valley, 0, 1), np.clip(sheet.back * ridge, 0, 1), sheet.height
-    )
+    return SheetTexture(np.clip(sheet.front * valley, 0, 1), np.clip(sheet.back * ridge, 0, 1), sheet.height)
 
 
 def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Floats, Floats]:
@@ -95,7 +97,9 @@ def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Floats, Floats]:
                 ends = _texture_points(sheet, [paper.places[u], paper.places[v]])
                 along = ends[1] - ends[0]
                 normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
-                p, q = np.rint((ends + side * normal * CREASE_WIDTH * SIDE / 2) * 2**_SHIFT).astype(int).tolist()
+                p, q = (
+                    np.rint((ends + side * normal * CREASE_WIDTH * SIDE / 2) * 2**_SHIFT).astype(int).tolist()
+                )
                 cv2.line(mask, p, q, 255, max(round(CREASE_WIDTH * SIDE), 1), cv2.LINE_AA, _SHIFT)
         flanks.append(mask.astype(np.float32) / np.float32(255))
     return flanks[0], flanks[1]

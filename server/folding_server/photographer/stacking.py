@@ -1,4 +1,5 @@
-"""Painting the stack: faces bottom to top over the table, each with the shadow that it casts on what lies below it.
+"""Painting the stack: faces bottom to top over the table, each with the shadow that it casts on what lies
+below it.
 
 Painted at ``SAMPLES`` times the picture's resolution in the part of the picture around the paper.
 """
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from folding_server.photographer.camera import Matrix
-from folding_server.photographer.colors import Floats
+from folding_server.photographer.colors import Floats, floats
 from folding_server.photographer.geometry import Placement
 from folding_server.photographer.sheet_texture import SheetTexture
 from folding_server.simulator.planes import plane_index, planes
@@ -61,7 +62,9 @@ class Window:
 
 @dataclass(frozen=True)
 class Canvas:
-    """The samples being painted: linear ``albedo`` (r, c, 3), ``light`` (r, c) from 0 to 1 and the ``plane`` on top."""
+    """The samples being painted: linear ``albedo`` (r, c, 3), ``light`` (r, c) from 0 to 1 and the ``plane``
+    on top.
+    """
 
     window: Window
     albedo: Floats
@@ -86,18 +89,25 @@ def throw_direction(lamp_azimuth: float, roll: float) -> tuple[float, float]:
 
 
 def paint_stack(
-    table: Floats, placement: Placement, sheet: SheetTexture, shading: Shading, unit: float, tones: dict[int, float]
+    table: Floats,
+    placement: Placement,
+    sheet: SheetTexture,
+    shading: Shading,
+    unit: float,
+    tones: dict[int, float],
 ) -> tuple[Floats, Floats, Mask]:
     """The picture's albedo and light with the paper on it, and the coverage of the paper (0 to 255).
 
-    ``table`` is the linear albedo of the bare table (rows, columns, 3); ``tones`` the brightness of each face, as
-    faces do not lie quite level.
+    ``table`` is the linear albedo of the bare table (rows, columns, 3); ``tones`` the brightness of each
+    face, as faces do not lie quite level.
     """
     size = (table.shape[1], table.shape[0])
     window = window_around(placement, size, unit)
     rows, cols = window.samples
     under = cv2.resize(table[window.area], (cols, rows), interpolation=cv2.INTER_LINEAR)
-    canvas = Canvas(window, under, np.ones((rows, cols), np.float32), np.full((rows, cols), -1, np.int16))
+    canvas = Canvas(
+        window, floats(under), np.ones((rows, cols), np.float32), np.full((rows, cols), -1, np.int16)
+    )
     _shade_table(canvas, placement, shading, unit)
     plane_of = plane_index(planes(placement.paper))
     for face in placement.paper.order:
@@ -120,7 +130,13 @@ def _resolve(table: Floats, canvas: Canvas) -> tuple[Floats, Floats, Mask]:
 
 
 def _paint_face(
-    canvas: Canvas, placement: Placement, sheet: SheetTexture, shading: Shading, face: int, plane: int, tone: float,
+    canvas: Canvas,
+    placement: Placement,
+    sheet: SheetTexture,
+    shading: Shading,
+    face: int,
+    plane: int,
+    tone: float,
     unit: float,
 ) -> None:
     """Darken what the face shades, then lay the face itself."""

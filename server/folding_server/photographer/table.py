@@ -7,7 +7,7 @@ import numpy as np
 
 from folding_server.photographer.camera import Camera, Matrix
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, linear_color
+from folding_server.photographer.colors import Floats, floats, linear_color
 from folding_server.photographer.scene import Scene
 
 SIDE = 1200
@@ -28,24 +28,26 @@ def seen_table(texture: Floats, camera: Camera, size: tuple[int, int]) -> Floats
     to_texture = np.array([[scale, 0, SIDE / 2 - 0.5], [0, -scale, SIDE / 2 - 0.5], [0, 0, 1.0]])
     centers = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1.0]])
     motion: Matrix = centers @ camera.table_to_pixel @ np.linalg.inv(to_texture)
-    seen = cv2.warpPerspective(texture, motion, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
-    return cast(Floats, seen)
+    seen = cv2.warpPerspective(
+        texture, motion, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101
+    )
+    return cast("Floats", seen)
 
 
 def _noise(rng: np.random.Generator, cells: tuple[int, int]) -> Floats:
     """Smooth noise of about unit deviation over the table, from a coarse grid of (rows, columns)."""
     coarse = rng.standard_normal(cells, np.float32)
-    return cast(Floats, cv2.resize(coarse, (SIDE, SIDE), interpolation=cv2.INTER_CUBIC))
+    return cast("Floats", cv2.resize(coarse, (SIDE, SIDE), interpolation=cv2.INTER_CUBIC))
 
 
 def _plain(rng: np.random.Generator) -> Floats:
     """A matt board: faint clouds and fine speckle."""
-    return (1 + 0.015 * _noise(rng, (6, 6)) + 0.02 * _noise(rng, (400, 400)))[..., None]
+    return floats(1 + 0.015 * _noise(rng, (6, 6)) + 0.02 * _noise(rng, (400, 400)))[..., None]
 
 
 def _wood(rng: np.random.Generator) -> Floats:
     """Planks with grain along them, wavy rings and dark seams."""
-    y, x = np.mgrid[:SIDE, :SIDE].astype(np.float32) / np.float32(SIDE)
+    x = np.arange(SIDE, dtype=np.float32)[None, :] / np.float32(SIDE)
     warp = 0.02 * _noise(rng, (3, 8)) + 0.006 * _noise(rng, (10, 30))
     planks = rng.integers(4, 7)
     plank = np.clip((x * planks).astype(int), 0, planks - 1)
@@ -53,8 +55,8 @@ def _wood(rng: np.random.Generator) -> Floats:
     rings = np.sin((x + warp) * rng.uniform(120, 200) + plank * 7.0 + 5 * _noise(rng, (2, 12)))
     fibre = cv2.GaussianBlur(rng.standard_normal((SIDE, SIDE), np.float32), (0, 0), sigmaX=0.8, sigmaY=14)
     seam = np.exp(-(((np.mod(x * planks + 0.5, 1) - 0.5) / 0.012) ** 2)) * (x > 0.5 / planks)
-    tone = tones * (1 + 0.09 * rings + 0.5 * fibre + 0.05 * _noise(rng, (5, 9)) + 0 * y) * (1 - 0.55 * seam)
-    return np.clip(tone, 0.15, 2)[..., None].astype(np.float32) ** np.array([0.92, 1.0, 1.1], np.float32)
+    tone = tones * (1 + 0.09 * rings + 0.5 * fibre + 0.05 * _noise(rng, (5, 9))) * (1 - 0.55 * seam)
+    return floats(np.clip(tone, 0.15, 2))[..., None] ** np.array([0.92, 1.0, 1.1], np.float32)
 
 
 def _mat(rng: np.random.Generator) -> Floats:
@@ -70,7 +72,7 @@ def _mat(rng: np.random.Generator) -> Floats:
         p, q = (rng.uniform(0, SIDE, 2).astype(int).tolist() for _ in range(2))
         cv2.line(ink, p, q, 25, 1, cv2.LINE_AA)
     lines = (ink.astype(np.float32) / 255)[..., None]
-    return (tone * (1 - lines) + np.float32(4.5) * lines * np.array([1, 1, 0.8], np.float32)).astype(np.float32)
+    return floats(tone * (1 - lines) + np.float32(4.5) * lines * np.array([1, 1, 0.8], np.float32))
 
 
 def _cloth(rng: np.random.Generator) -> Floats:
@@ -80,4 +82,4 @@ def _cloth(rng: np.random.Generator) -> Floats:
     warp, weft = np.sin(2 * np.pi * (x + y * 0.02) / period), np.sin(2 * np.pi * (y - x * 0.02) / period)
     weave = warp * weft + 0.6 * rng.standard_normal((SIDE, SIDE), np.float32)
     soft = 0.05 * _noise(rng, (4, 3)) + 0.03 * _noise(rng, (9, 7))
-    return (1 + 0.09 * cv2.GaussianBlur(weave, (0, 0), 0.8) + soft).astype(np.float32)[..., None]
+    return floats(1 + 0.09 * cv2.GaussianBlur(weave, (0, 0), 0.8) + soft)[..., None]

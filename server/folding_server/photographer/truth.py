@@ -1,26 +1,32 @@
-"""What is written beside the photos: for each frame the actions, the folded state, the camera and every vertex's pixel."""
+"""What is written beside the photos: for each frame the actions, the folded state, the camera, the pixels."""
 
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from folding_schemas.actions import Action
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.geometry import Placement
 from folding_server.photographer.hands import Reach
 from folding_server.photographer.scene import Drift, Scene
-from folding_schemas.actions import Action
 from folding_server.simulator import Paper
 
 NOTE = (
-    "Rendered, not taken. Pixels: x right, y down, image corner at 0,0. Camera: x_cam = R x_table + t (y down, z forward),"
-    " then K; table plane z = 0, unit = sheet side. folded_to_pixel is the homography at z = 0; vertex_pixels are at the"
-    " rendered height (the mean over the layers). orientations: 0 = front side up; order: faces bottom to top."
+    "Rendered, not taken. Pixels: x right, y down, image corner at 0,0. Camera: x_cam = R x_table + t"
+    " (y down, z forward), then K; table plane z = 0, unit = sheet side. folded_to_pixel is the homography at"
+    " z = 0; vertex_pixels are at the rendered height (the mean over the layers). orientations: 0 = front"
+    " side up; order: faces bottom to top."
 )
 
 
 def frame_truth(
-    frame: int, image: str, step: tuple[Action, ...], before: Paper, placement: Placement, drift: Drift,
+    frame: int,
+    image: str,
+    step: tuple[Action, ...],
+    before: Paper,
+    placement: Placement,
+    drift: Drift,
     hand: Reach | None,
 ) -> dict[str, Any]:
     """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from."""
@@ -56,7 +62,12 @@ def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
 
 def _hand(reach: Reach) -> dict[str, Any]:
     """What is known of a hand; ``cover`` is the part of the paper that it hides."""
-    return {"pose": reach.hand.pose, "side": reach.side, "left": reach.hand.left, "cover": round(reach.cover, 4)}
+    return {
+        "pose": reach.hand.pose,
+        "side": reach.side,
+        "left": reach.hand.left,
+        "cover": round(reach.cover, 4),
+    }
 
 
 def _state(paper: Paper) -> dict[str, Any]:
