@@ -19,6 +19,10 @@ ZOOM_COST, FREE_ZOOM = 0.1, 0.01
 """A change of scale between two photos costs this much per unit of its logarithm, beyond the free part."""
 
 
+LINE_COST = 0.02
+"""What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """Primitives to apply in order, the paper they lead to, and the motion under which it explains the photo.
@@ -33,12 +37,17 @@ class Plan:
     agreement: float
     explanation: str
     zoom: float = 0.0
+    contradiction: float = 0.0
 
     @property
     def score(self) -> float:
-        """Agreement less the cost of the actions and of the camera's coming nearer (``zoom``, a logarithm)."""
+        """Agreement less the cost of the actions, of the camera's coming nearer and of lines that contradict.
+
+        ``zoom`` is the logarithm of the change of scale, ``contradiction`` that of the inner lines, 0 to 2.
+        """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
-        return self.agreement - cost - ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
+        zoom = ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
+        return self.agreement - cost - zoom - LINE_COST * self.contradiction
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

@@ -54,8 +54,9 @@ def _cropped(seen: SeenFrame, low: "np.ndarray[tuple[int], np.dtype[np.float64]]
     grid, s = seen.grid, seen.grid.pixels_per_unit
     left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
     upper, lower = max(0, floor((grid.top - high[1]) * s)), min(grid.rows, ceil((grid.top - low[1]) * s))
+    window_rows = (slice(upper, lower), slice(left, right))
     window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
-    return Scene(window, np.ascontiguousarray(seen.labels[upper:lower, left:right]), seen.two_coloured)
+    return Scene(window, np.ascontiguousarray(seen.labels[window_rows]), seen.two_coloured, seen.edges[window_rows])
 
 
 def _distinct(plans: list[Plan]) -> list[Plan]:

@@ -50,11 +50,15 @@ def stack_of(paper: Paper) -> Stack:
 
 @dataclass(frozen=True)
 class Scene:
-    """A label image on a grid; ``two_coloured`` says whether it tells the front of the sheet from the back."""
+    """A label image on a grid; ``two_coloured`` says whether it tells the front of the sheet from the back.
+
+    ``edges`` is the strength of lines within the paper, (rows, cols) from 0 to 1, where that was worked out.
+    """
 
     grid: Grid
     labels: Labels
     two_coloured: bool = True
+    edges: Image | None = None
     known: Mask = field(init=False)
     paper: Mask = field(init=False)
     _blurred: dict[float, Image] = field(init=False, default_factory=dict, repr=False)

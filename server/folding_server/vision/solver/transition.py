@@ -12,6 +12,7 @@ from folding_server.simulator.plane_geometry import IDENTITY, Isometry
 from folding_server.vision.solver.alignment import Freedom, align, scale_of
 from folding_server.vision.solver.drift import drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
+from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.lines import evidence
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import realise
@@ -104,7 +105,8 @@ def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
     freedom = Freedom(shift=0.01, turn=1.0, scale=0.01 if views.scale else 0.0, halvings=3)
     settled = align(stack_of(plan.paper), views.fine, plan.motion, freedom)
     zoom = log(scale_of(settled.motion) / scale_of(last))
-    return replace(plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom)
+    lines = inner_lines(plan.paper, views.fine, settled.motion).contradiction
+    return replace(plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom, contradiction=lines)
 
 
 def fold_plans(
