@@ -21,7 +21,7 @@ from folding_server.simulator.foldability.flat_faces import FlatFaces
 class Conditions:
     """``pairs`` i < j of overlapping faces; ``known`` pairs that the letters fix, lower face first; ``equal`` pairs of
     statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
-    face, a bit set of the cells it covers."""
+    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it."""
 
     faces: int
     pairs: frozenset[Pair]
@@ -29,6 +29,7 @@ class Conditions:
     equal: frozenset[tuple[Pair, Pair]]
     even: frozenset[tuple[Pair, Pair, Pair, Pair]]
     cells: tuple[int, ...]
+    reached: tuple[int, ...]
 
 
 def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
@@ -43,6 +44,7 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
         frozenset(builder.equal(tolerance, outlines)),
         frozenset(builder.even),
         tuple(int.from_bytes(np.packbits(row).tobytes(), "big") for row in cover),
+        tuple(int(k) for k in np.argsort(flat.walk)),
     )
 
 

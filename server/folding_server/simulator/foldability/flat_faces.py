@@ -39,7 +39,8 @@ class FlatFaces:
 
     ``outlines`` gives each face's corners (k, 2) after folding, ``mirrored`` whether its back is up, ``spread`` how far
     faces disagree on a vertex at most, ``worst`` the vertex where they do; ``odd`` a vertex of a face that is reached
-    with both sides up, or None; ``loose`` a face that no crease joins to the first, or None.
+    with both sides up, or None; ``walk`` the faces in the order they were reached, each beside one before; ``loose`` a face that no crease
+    joins to the first, or None.
     """
 
     pattern: CreasePattern
@@ -49,6 +50,7 @@ class FlatFaces:
     spread: float
     worst: int
     odd: int | None
+    walk: Sequence[int]
     loose: int | None
 
     @cached_property
@@ -89,7 +91,7 @@ def lay_flat(pattern: CreasePattern) -> FlatFaces:
     outlines = [points[list(cycle)] @ m[:, :2].T + m[:, 2] for cycle, m in zip(pattern.cycles, motions, strict=True)]
     spread, worst = _spread(pattern, outlines)
     mirrored = [bool(np.linalg.det(m[:, :2]) < 0) for m in motions]
-    return FlatFaces(pattern, creases, outlines, mirrored, spread, worst, odd, loose)
+    return FlatFaces(pattern, creases, outlines, mirrored, spread, worst, odd, list(reached), loose)
 
 
 def _motions(points: Floats, faces: int, creases: Sequence[Crease]) -> tuple[dict[int, Floats], int | None]:

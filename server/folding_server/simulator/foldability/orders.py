@@ -14,7 +14,8 @@ Decision = tuple[int, bool]
 class Orders:
     """The layer orders of a pattern; ``decide`` and ``undo`` move through them.
 
-    ``value`` holds what each class of statements is, None while open. Raises ContradictionError when made from
+    ``value`` holds what each class of statements is, None while open; ``turn`` when it is best decided: a face is laid
+    among all those reached before it, then the next. Raises ContradictionError when made from
     conditions that leave no order.
     """
 
@@ -26,6 +27,8 @@ class Orders:
             self.touching[i] |= 1 << j
             self.touching[j] |= 1 << i
         self.over, self.under = [0] * conditions.faces, [0] * conditions.faces
+        self.turn = [min(sorted((conditions.reached[x], conditions.reached[y]), reverse=True) for x, y in members)
+                     for members in self.equations.members]
         self.value: list[bool | None] = [None] * len(self.equations.members)
         self.trail: list[int] = []
         given = [self.equations.literal(x, y) for x, y in conditions.known]

@@ -15,7 +15,7 @@ from folding_server.simulator.foldability.search import count_orders, first_orde
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import TOLERANCE
 
-CAP = 10_000
+CAP = 1000
 """How many layer orders are counted by default."""
 CLOSING = 1e-3
 """How far faces may disagree on a folded vertex, in units of the sheet's longer side."""

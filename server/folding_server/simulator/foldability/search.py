@@ -5,18 +5,18 @@ from dataclasses import dataclass
 
 from folding_server.simulator.foldability.orders import Orders
 
-EFFORT = 20_000
-"""Decisions tried by our own search before the general solver is asked for one order, or counting stops."""
-DEEPEST = 200
+EFFORT = 200_000
+"""Classes decided by trial before the general solver is asked for one order; counting may take twice as many."""
+DEEPEST = 300
 """Nested choices beyond which counting takes the first order found for the only one and says that there may be more."""
 
 
 @dataclass
 class Count:
-    """A number of orders up to a cap; ``exact`` turns False where counting was cut short."""
+    """What counting may still cost; ``exact`` turns False where it was cut short."""
 
     cap: int
-    effort: int = EFFORT
+    effort: int = 2 * EFFORT
     exact: bool = True
 
 
@@ -36,26 +36,31 @@ def first_order(orders: Orders) -> bool:
 
 
 def count_orders(orders: Orders, cap: int) -> tuple[int, bool]:
-    """How many ways there are to decide what is open, at most ``cap``, and whether there may be more."""
+    """How many ways there are to decide what is open, at most ``cap``, and whether there may be more.
+
+    One is taken for granted: ask ``first_order`` before. A cap of 1 costs nothing.
+    """
+    if cap <= 1:
+        return 1, bool(orders.open_classes())
     count = Count(cap)
     found = _count(orders, orders.open_classes(), count, 0)
     return min(found, cap), not count.exact or found > cap
 
 
 def parts(orders: Orders, classes: Iterable[int]) -> list[list[int]]:
-    """Open classes in groups that share no condition, the most connected class of a group first."""
+    """Open classes in groups that share no condition, each group in the order in which it is best decided."""
     left = {number for number in classes if orders.value[number] is None}
     found = []
     while left:
         waiting = [left.pop()]
-        weight = {}
+        part = []
         while waiting:
             number = waiting.pop()
+            part.append(number)
             related = orders.related(number)
-            weight[number] = len(related)
             waiting.extend(related & left)
             left -= related
-        found.append(sorted(weight, key=lambda number: (-weight[number], number)))
+        found.append(sorted(part, key=orders.turn.__getitem__))
     return found
 
 
@@ -68,12 +73,13 @@ def _search(orders: Orders, part: list[int]) -> bool | None:
             position += 1
         if position == len(part):
             return True
-        choices.append((position, len(orders.trail)))
+        before = len(orders.trail)
+        choices.append((position, before))
         if not orders.decide(part[position], True):
             position = _other_way(orders, part, choices)
             if position < 0:
                 return False
-        effort -= 1
+        effort -= 1 + max(0, len(orders.trail) - before)
         if effort < 0:
             orders.undo(start)
             return None
@@ -97,23 +103,30 @@ def _count(orders: Orders, classes: Iterable[int], count: Count, depth: int) -> 
     """
     total = 1
     for part in parts(orders, classes):
-        total *= _branch(orders, part, count, depth) if total <= count.cap else _any(orders, part)
+        total *= _branch(orders, part, len(part), count, depth) if total <= count.cap else _any(orders, part)
         if not total:
             return 0
     return total
 
 
-def _branch(orders: Orders, part: list[int], count: Count, depth: int) -> int:
-    """The number of ways to decide one part, by both values of its first class."""
+def _branch(orders: Orders, part: list[int], whole: int, count: Count, depth: int) -> int:
+    """The number of ways to decide the open classes of a part, by both values of the first.
+
+    ``whole`` is how many there were when it was last split: it is split again when half of them are decided.
+    """
     if depth >= DEEPEST or count.effort < 0:
         count.exact = False
         return _any(orders, part)
-    found = 0
+    found, length = 0, len(orders.trail)
     for value in (True, False):
-        count.effort -= 1
-        length = len(orders.trail)
-        if found <= count.cap and orders.decide(part[0], value):
-            found += _count(orders, part[1:], count, depth + 1)
+        possible = found <= count.cap and orders.decide(part[0], value)
+        count.effort -= 1 + len(orders.trail) - length
+        if possible:
+            left = [number for number in part if orders.value[number] is None]
+            if 2 * len(left) > whole:
+                found += _branch(orders, left, whole, count, depth + 1)
+            else:
+                found += _count(orders, left, count, depth + 1)
         orders.undo(length)
     return found
 
