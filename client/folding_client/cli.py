@@ -4,7 +4,7 @@ import asyncio
 import json
 import signal
 import sys
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -167,10 +167,10 @@ def _action(action: dict[str, Any]) -> str:
     return f"{action['action']}({', '.join(str(value) for key, value in action.items() if key != 'action')})"
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: a user's mistake is one line and exit code 2, Ctrl-C leaves a run that can be resumed."""
     try:
-        app()
+        app(args=arguments)
     except (KeyboardInterrupt, asyncio.CancelledError):
         typer.echo("Interrupted; the run folder is complete so far, go on with --resume.", err=True)
         sys.exit(EXIT_INTERRUPTED)

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from folding_client.assembly import make_cast, make_worker
+from folding_client.assembly import Cast, make_cast, make_worker
 from folding_client.connection import ServerAddress
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
 from folding_client.outputs import write_outputs
@@ -101,8 +101,9 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
     """
     recorder = Recorder(job.folder, _about(job))
     try:
+        cast = make_cast(job.settings, recorder)
         async with _server(job, recorder) as server:
-            return await _worked(job, server, recorder, progress)
+            return await _worked(job, cast, server, recorder, progress)
     except RunStopped as stop:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
@@ -112,8 +113,7 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
         recorder.close()
 
 
-async def _worked(job: Job, server: FoldingServer, recorder: Recorder, progress: Progress) -> Outcome:
-    cast = make_cast(job.settings, recorder)
+async def _worked(job: Job, cast: Cast, server: FoldingServer, recorder: Recorder, progress: Progress) -> Outcome:
     info = await _opened(job, server, recorder)
     worker = make_worker(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
     try:

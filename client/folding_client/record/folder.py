@@ -22,11 +22,12 @@ class RunFolder:
         self.store = path / "store"
 
     def create(self) -> None:
-        """Make the folder. UsageError if a run is in it already or it cannot be made."""
+        """Make the folder, without what a run that never began may have left. UsageError if a run is in it already or it cannot be made."""
         if (self.path / "run.json").exists():
             message = f"{self.path} holds a run already; continue it with --resume {self.path}, or name another folder."
             raise UsageError(message)
         try:
+            self.events.unlink(missing_ok=True)
             (self.path / "images").mkdir(parents=True, exist_ok=True)
             self.store.mkdir(exist_ok=True)
         except OSError as error:

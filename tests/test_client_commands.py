@@ -1,0 +1,181 @@
+"""The command ``foldingagent`` as one uses it: what it prints, how it fails, how it is interrupted."""
+
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from client_runs import events, program, sequence, server_url
+from folding_client.cli import main
+
+TURN = {"tool": "rotate", "arguments": {"angle": 45}}
+
+
+def save(frame: int) -> dict[str, Any]:
+    """A scripted call that saves a frame."""
+    return {"tool": "save_checkpoint", "arguments": {"frame": frame}}
+
+
+def script(folder: Path, *replies: list[dict[str, Any]]) -> str:
+    """A script of replies that call tools, as a model id."""
+    (folder / "script.json").write_text(json.dumps([{"calls": reply} for reply in replies]))
+    return f"scripted:{folder / 'script.json'}"
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a command printed and returned."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def command(*words: object) -> Done:
+    """What ``foldingagent`` with these words prints and returns, in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return Done(int(end.value.code or 0), out.getvalue(), err.getvalue())
+
+
+def test_a_run_prints_its_program_and_where_it_is(tmp_path: Path) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    done = command("run", sequence(2), "--model", model, "--out", tmp_path / "run", "--server-url", server_url())
+    assert done.returncode == 0, done.stderr
+    assert "1 -> 2  rotate(45.0)" in done.stdout
+    assert str(tmp_path / "run") in done.stdout
+    assert "1 of 2 frames done, working on frame 2" in done.stderr
+
+
+def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    done = command("run", sequence(2), "--model", model, "--out", tmp_path / "run", "--server-url", server_url(), "--json")
+    document = json.loads(done.stdout)
+    assert document["status"] == "complete"
+    assert document["program"]["steps"] == [[{"action": "rotate", "angle": 45.0}]]
+    about = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert about["settings"]["given"].keys() == {"model", "server_url"}
+    assert about["settings"]["defaulted"]["max_queries"] == 300
+    assert about["models"]["critic"] == model
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["run"], "Name a sequence folder"),
+    (["run", "no/such/folder"], "There is no sequence folder no/such/folder"),
+    (["run", "."], "holds no keyframes.json"),
+    (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),
+    (["run", "SEQUENCE", "--model", "scripted:nothing.json"], "Cannot read the script nothing.json"),
+    (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
+    (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
+    (["run", "--resume", "no/such/run"], "No recorded run at"),
+    (["replay", "no/such/run"], "No recorded run at"),
+    (["batch", "no/such/list"], "Cannot read no/such/list"),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
+def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, words: list[str], says: str) -> None:
+    given = [str(sequence(2)) if word == "SEQUENCE" else word for word in words]
+    if "SEQUENCE" in words:
+        given += ["--out", str(tmp_path / "run")]
+    failed = command(*given)
+    assert failed.returncode == 2
+    assert says in failed.stderr
+    assert len(failed.stderr.strip().splitlines()) == 1
+    assert failed.stdout == ""
+
+
+def test_a_sequence_the_server_cannot_use_is_refused_in_its_words(tmp_path: Path) -> None:
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "keyframes.json").write_text("not JSON")
+    failed = command("run", tmp_path / "broken", "--out", tmp_path / "run")
+    assert failed.returncode == 2
+    assert "keyframes.json" in failed.stderr
+    assert len(failed.stderr.strip().splitlines()) == 1
+
+
+def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
+    model = script(tmp_path, [save(1)])
+    run = tmp_path / "run"
+    stopped = command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url())
+    assert stopped.returncode == 3
+    assert "extend it, then resume" in stopped.stderr
+    other_model = command("run", "--resume", run, "--model", "geometric")
+    assert other_model.returncode == 2
+    assert "was made with model" in other_model.stderr
+    other_sequence = command("run", sequence(3), "--resume", run)
+    assert other_sequence.returncode == 2
+    assert "is a run of" in other_sequence.stderr
+    script(tmp_path, [save(1)], [TURN, save(2)])
+    assert command("run", "--resume", run).returncode == 0
+    again = command("run", "--resume", run)
+    assert again.returncode == 2
+    assert "complete already" in again.stderr
+    taken = command("run", sequence(2), "--model", model, "--out", run)
+    assert "holds a run already" in taken.stderr
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(tmp_path: Path, kind: signal.Signals) -> None:
+    look = [{"tool": "render_current", "arguments": {}}]
+    model = script(tmp_path, [save(1)], [TURN], *[look] * 2000)
+    run = tmp_path / "run"
+    process = subprocess.Popen([sys.executable, "-m", "folding_client", "run", str(sequence(2)), "--model", model, "--out",
+                                str(run), "--server-url", server_url()], stderr=subprocess.PIPE, text=True)
+    while not (run / "events.jsonl").exists() or "rotate" not in (run / "events.jsonl").read_text():
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(kind)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == (-kind if kind == signal.SIGKILL else 130)
+    assert "Traceback" not in said
+    recorded = events(run)
+    assert [event["seq"] for event in recorded] == list(range(1, len(recorded) + 1))
+    about = json.loads((run / "run.json").read_text())
+    assert about["outcome"]["status"] == ("running" if kind == signal.SIGKILL else "interrupted")
+    script(tmp_path, [save(1)], [TURN, save(2)])
+    assert command("run", "--resume", run).returncode == 0
+    assert program(run) == [[{"action": "rotate", "angle": 45.0}]]
+
+
+def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tmp_path: Path) -> None:
+    model = script(tmp_path, [save(1)], [TURN, {"tool": "render_current", "arguments": {}},
+                                         {"tool": "fold", "arguments": {"edge": [1, 99], "direction": 1}}], [save(2)])
+    run = tmp_path / "run"
+    assert command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url()).returncode == 0
+    same = command("replay", run)
+    assert same.returncode == 0, same.stdout
+    assert "0 answered differently" in same.stdout
+    log = (run / "events.jsonl").read_text()
+    (run / "events.jsonl").write_text(log.replace('"angle": 45', '"angle": 46'))
+    changed = command("replay", run, "--json")
+    assert changed.returncode == 1
+    first = json.loads(changed.stdout)["differences"][0]
+    assert first["tool"] == "rotate"
+    assert "vertices" in first["what"]
+
+
+def test_a_recorded_run_can_be_the_script_of_another(tmp_path: Path) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert command("run", sequence(2), "--model", model, "--out", first, "--server-url", server_url()).returncode == 0
+    assert command("run", sequence(2), "--model", f"scripted:{first}", "--out", second, "--server-url", server_url()).returncode == 0
+    assert program(first) == program(second)
+
+
+def test_a_batch_skips_what_is_finished_and_continues_the_rest(tmp_path: Path) -> None:
+    (tmp_path / "list.json").write_text(json.dumps([str(sequence(2)), str(sequence(3))]))
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    words = ["batch", tmp_path / "list.json", "--model", model, "--out", tmp_path / "runs", "--jobs", "2", "--json"]
+    first = command(*words)
+    assert first.returncode == 3
+    assert [line["status"] for line in json.loads(first.stdout)] == ["complete", "stopped"]
+    script(tmp_path, [save(1)], [TURN, save(2)], [TURN, save(3)])
+    second = command(*words)
+    assert second.returncode == 0
+    assert [line["status"] for line in json.loads(second.stdout)] == ["skipped", "complete"]
