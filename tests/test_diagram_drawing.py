@@ -12,7 +12,7 @@ from folding_server.diagram.labels import place_labels
 from folding_server.diagram.view import MARGIN, steady_view
 from folding_server.diagram.visibility import visible_faces
 from folding_server.errors import ProgramError
-from folding_server.simulator import Paper, apply, fold, new_paper, rotate, unfold
+from folding_server.simulator import fold, new_paper, rotate, unfold
 from papers import CAT, FIGURES, RABBIT, figure, states
 from PIL import Image
 

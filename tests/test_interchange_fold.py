@@ -7,7 +7,7 @@ import pytest
 from folding_server.errors import ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
-from folding_server.interchange.fold_reading import FaceOrders, read_crease_pattern, read_fold
+from folding_server.interchange.fold_reading import FaceOrders, fold_flat, read_crease_pattern, read_fold
 from folding_server.interchange.programs import load_recorded, resolved
 from folding_server.simulator import (
     Paper,
@@ -257,6 +257,42 @@ def test_a_folded_form_alone_unfolds_to_its_crease_pattern() -> None:
     pattern = read_crease_pattern(document)
     assert pattern.letters == crease_pattern_of(paper).letters
     assert check_pattern(pattern).foldable
+
+
+GOLDEN = [json.loads(line) for line in (SHARED / "flatfold" / "golden.jsonl").read_text().splitlines()]
+SMALL = [
+    entry["name"]
+    for entry in GOLDEN
+    if entry["valid"] and entry["faces"] <= 30 and "twist" not in entry["name"]
+]
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_a_foldable_pattern_is_folded_and_keeps_its_letters(name: str) -> None:
+    pattern = read_crease_pattern(
+        (SHARED / "flatfold" / "patterns" / f"{name}.fold").read_text(encoding="utf-8")
+    )
+    paper = fold_flat(pattern)
+    names = sorted(paper.places)
+    ours = {frozenset(edge): letter for edge, letter in paper.edges()}
+    for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
+        found = ours[frozenset((names[u], names[v]))]
+        assert found in ("M", "V") if letter == "U" else found == letter
+
+
+def test_a_twist_whose_layers_go_round_in_a_circle_has_no_stack() -> None:
+    twist = SHARED / "flatfold" / "patterns" / "c_twist6_b40.fold"
+    with pytest.raises(ProgramError, match="its layers go round in a circle"):
+        fold_flat(read_crease_pattern(twist.read_text(encoding="utf-8")))
+
+
+def test_a_pattern_that_does_not_fold_is_refused_with_the_reason() -> None:
+    document = crease_pattern_document(quarter())
+    swap = {"M": "V", "V": "M"}
+    first = next(i for i, letter in enumerate(document["edges_assignment"]) if letter in swap)
+    document["edges_assignment"][first] = swap[document["edges_assignment"][first]]
+    with pytest.raises(ProgramError, match="cannot be folded flat into a stack: Maekawa fails"):
+        fold_flat(read_crease_pattern(document))
 
 
 SQUARE = {

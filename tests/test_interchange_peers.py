@@ -1,4 +1,4 @@
-"""Other origami software reads our FOLD files and comes to the same faces, folded coordinates and layer order."""
+"""Other origami software reads our FOLD files and comes to the same faces, coordinates and layer order."""
 
 import json
 import shutil
@@ -92,7 +92,7 @@ def test_peers_read_our_fold_angles_from_the_letters(answers: Any, name: str) ->
 
 @pytest.mark.parametrize("name", MODELS)
 def test_our_face_orders_are_among_those_a_peer_finds_possible(answers: Any, name: str) -> None:
-    """The peer says which face lies above, seen with face 0 front up; ours are relative to the second face's normal."""
+    """The peer says which face lies above, seen with face 0 front up; ours go by the second face's normal."""
     ear = answers[f"{name}.full"]["ear"]
     ours = {}
     for f, g, sign in document(name)["faceOrders"]:

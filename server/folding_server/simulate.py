@@ -35,8 +35,8 @@ class StepResult:
 def run_steps(program: Program) -> Iterator[StepResult]:
     """The flat sheet, then the paper after each step, as they are folded.
 
-    ProgramError at the first action that the simulator refuses, naming the step, the action and the reason; the steps
-    before it have been yielded by then.
+    ProgramError at the first action that the simulator refuses, naming the step, the action and the reason;
+    the steps before it have been yielded by then.
     """
     paper = new_paper(program.sheet)
     yield StepResult(0, (), paper, ())
@@ -71,7 +71,7 @@ def _origin(before: Paper, after: Paper, face: int) -> int:
 
 
 def _depth(outline: list[Point], point: Point) -> float:
-    """How far inside a convex outline a point is, as a signed area with the nearest side; negative outside."""
+    """How far inside a convex outline a point is, as a signed area; negative outside."""
     turns = [
         (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0])
         for p, q in zip(outline, [*outline[1:], outline[0]], strict=True)
@@ -80,7 +80,7 @@ def _depth(outline: list[Point], point: Point) -> float:
 
 
 def write_steps(results: Iterable[StepResult], folder: Path, colors: Colors) -> Iterator[StepResult]:
-    """Write state, SVG and PNG of each step as it comes, as ``step_000.json`` and so on, and pass the step on."""
+    """Write state, SVG and PNG of each step as ``step_000.json`` and so on, and pass the step on."""
     folder.mkdir(parents=True, exist_ok=True)
     for result in results:
         stem = folder / f"step_{result.step:03d}"
@@ -101,8 +101,9 @@ def simulate(
 ) -> Paper:
     """Run a program and return the final paper, saying one line a step.
 
-    With a folder, state JSON, SVG and PNG of every step are written there. The colours are the program's own unless
-    given. ProgramError names the step, the action and the reason of a bad action; what came before is written.
+    With a folder, state JSON, SVG and PNG of every step are written there. The colours are the program's own
+    unless given. ProgramError names the step, the action and the reason of a bad action; what came before
+    is written.
     """
     results: Iterable[StepResult] = run_steps(program)
     if folder is not None:

@@ -50,7 +50,7 @@ class Palette:
 
 
 def palette(colors: Colors) -> Palette:
-    """Choose ink and table grey so that both sides of the paper stand out. ProgramError for an unknown colour."""
+    """Ink and table grey such that both sides of the paper stand out. ProgramError for an unknown colour."""
     front, back = hex_color(colors.front), hex_color(colors.back)
     return Palette(front, back, _ink_on(front), _ink_on(back), _table_behind(front, back))
 
@@ -77,7 +77,8 @@ def _css_color(name: str, given: str) -> str:
         red, green, blue = ImageColor.getrgb(name)[:3]
     except ValueError:
         raise ProgramError(
-            f"{given!r} is not a colour; give a name such as 'red' or 'light blue', or a code such as '#d9503f'."
+            f"{given!r} is not a colour; give a name such as 'red' or 'light blue', or a code such as "
+            "'#d9503f'."
         ) from None
     return f"#{red:02x}{green:02x}{blue:02x}"
 

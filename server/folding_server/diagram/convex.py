@@ -1,4 +1,4 @@
-"""Many convex polygons at once: which of them contain each other, and which overlap. Lengths in sheet units."""
+"""Many convex polygons at once: which contain each other, and which overlap. Lengths in sheet units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ConvexPolygons:
-    """n polygons with up to k corners, shorter ones padded with their first corner and a side that has all inside.
+    """n polygons with up to k corners; shorter ones are padded with their first corner.
 
     ``corners`` (n, k, 2); ``normals`` (n, k, 2) unit vectors out of each side; ``offsets`` (n, k);
     ``boxes`` (n, 4) as left, bottom, right, top.
@@ -47,7 +47,7 @@ class ConvexPolygons:
 
 
 def convex_polygons(outlines: Sequence[Sequence[Point]]) -> ConvexPolygons:
-    """The polygons of the given outlines, which may run either way round. Sides without length count for nothing."""
+    """The polygons of outlines that may run either way round. Sides without length count for nothing."""
     longest = max(len(outline) for outline in outlines)
     corners = np.array(
         [[*outline, *([outline[0]] * (longest - len(outline)))] for outline in outlines], dtype=float

@@ -1,4 +1,4 @@
-"""A folded sheet as an SVG diagram: coloured faces, solid outlines and folds, dashed crease marks, vertex labels."""
+"""A folded sheet as an SVG diagram: coloured faces, outlines and folds, crease marks, vertex labels."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, palette
 from folding_server.diagram.labels import PlacedLabel, place_labels
+from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import View, steady_view
 from folding_server.diagram.visibility import Span, VisibleFace, visible_faces, visible_spans
 from folding_server.simulator.paper import Edge, Paper
@@ -15,7 +16,6 @@ from folding_server.simulator.plane_geometry import Point, between
 
 Floats = NDArray[np.float64]
 
-FONT = "DejaVu Sans, Verdana, Arial, sans-serif"
 REFERENCE_SIZE = 768
 """The picture size in pixels at which line widths and label sizes are stated."""
 
@@ -43,21 +43,14 @@ def draw_svg(
 ) -> str:
     """The diagram of a folded sheet, ``size`` pixels square.
 
-    Grey table; only what the top layers leave visible; solid lines for the sheet's boundary and for folds, dashed
-    lines for crease marks. With ``labels``, vertex ids: vertices at one place share a label, and the ids of vertices
-    that are covered are grey. Without a ``view`` the scale depends on the sheet alone, so that diagrams of the
-    states of one run can be laid over each other. ProgramError for an unknown colour.
+    Grey table; only what the top layers leave visible; solid lines for the sheet's boundary and for folds,
+    dashed lines for crease marks. With ``labels``, vertex ids: vertices at one place share a label, and the
+    ids of vertices that are covered are grey. Without a ``view`` the scale depends on the sheet alone, so
+    that diagrams of the states of one run can be laid over each other. ProgramError for an unknown colour.
     """
     inks = palette(colors)
     body = draw_body(paper, inks, view or steady_view([paper], size), labels)
     return svg_document(size, size, inks.table, body)
-
-
-def svg_document(width: float, height: float, background: str, body: Iterable[str]) -> str:
-    """A complete SVG document with a plain background."""
-    area = f'width="{width:g}" height="{height:g}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {area} viewBox="0 0 {width:g} {height:g}">'
-    return "\n".join([head, f'<rect {area} fill="{background}"/>', *body, "</svg>\n"])
 
 
 def draw_body(paper: Paper, inks: Palette, view: View, labels: bool) -> list[str]:
@@ -73,7 +66,7 @@ def draw_body(paper: Paper, inks: Palette, view: View, labels: bool) -> list[str
 
 
 def _draw_faces(faces: Sequence[VisibleFace], inks: Palette, view: View) -> list[str]:
-    """One path per side; its thin stroke in the same colour closes the hairlines between neighbouring faces."""
+    """One path per side; a thin stroke in the same colour closes the hairlines between neighbours."""
     drawn = []
     for back_up, fill, name in ((False, inks.front, "front"), (True, inks.back, "back")):
         rings = [ring for seen in faces if seen.back_up == back_up for part in seen.parts for ring in part]
@@ -93,13 +86,12 @@ def _ring_path(ring: Iterable[Point], view: View) -> str:
 def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], view: View) -> list[Stroke]:
     strokes = []
     for edge, visible in spans.items():
-        top = max((f for f in paper.edge_faces[edge] if f in shown), key=paper.rank.__getitem__)
-        motion = paper.isometries[top]
-        p, q = (motion(paper.places[v]) for v in edge)
-        mark = paper.letter(edge) == "F"
-        for start, end in visible:
-            ends = view.pixel(between(p, q, start)), view.pixel(between(p, q, end))
-            strokes.append(Stroke(*ends, mark, paper.back_up(top)))
+        beside = paper.edge_faces[edge]
+        top = max((f for f in beside if f in shown), key=paper.rank.__getitem__)
+        motion, back_up = paper.isometries[top], paper.back_up(top)
+        mark = len(beside) == 2 and paper.back_up(beside[0]) == paper.back_up(beside[1])
+        p, q = (view.pixel(motion(paper.places[v])) for v in edge)
+        strokes += [Stroke(between(p, q, start), between(p, q, end), mark, back_up) for start, end in visible]
     return _without_hidden_marks(strokes)
 
 
@@ -109,22 +101,22 @@ def _without_hidden_marks(strokes: Sequence[Stroke]) -> list[Stroke]:
     marks = [s for s in strokes if s.mark]
     if not marks or not lines:
         return list(strokes)
-    start, end = np.array([s.start for s in lines]), np.array([s.end for s in lines])
-    near_start, near_end = (
-        _on_segments(np.array([(s.start, s.end)[i] for s in marks]), start, end) for i in (0, 1)
-    )
-    doubled = set(np.flatnonzero((near_start & near_end).any(axis=1)).tolist())
+    ends = np.array([(*s.start, *s.end) for s in lines])
+    start = _on_segments(np.array([s.start for s in marks]), ends)
+    end = _on_segments(np.array([s.end for s in marks]), ends)
+    doubled = set(np.flatnonzero((start & end).any(axis=1)).tolist())
     return [*lines, *(mark for i, mark in enumerate(marks) if i not in doubled)]
 
 
-def _on_segments(points: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
-    """Whether each point lies within a pixel of each segment: (points, segments)."""
-    step = end - start
-    square = np.maximum((step * step).sum(axis=1), 1e-12)
-    offset = points[:, None] - start
-    along = np.clip((offset * step).sum(axis=2) / square, 0.0, 1.0)
-    gap = offset - along[..., None] * step
-    near: NDArray[np.bool_] = (gap * gap).sum(axis=2) <= 1.0
+def _on_segments(points: Floats, segments: Floats) -> NDArray[np.bool_]:
+    """Whether each point lies within a pixel of each segment (x1, y1, x2, y2): (points, segments)."""
+    x1, y1, x2, y2 = segments.T
+    dx, dy = x2 - x1, y2 - y1
+    length = np.maximum(np.hypot(dx, dy), 1e-6)
+    ux, uy = dx / length, dy / length
+    x, y = points[:, :1] - x1, points[:, 1:] - y1
+    along = x * ux + y * uy
+    near: NDArray[np.bool_] = (np.abs(y * ux - x * uy) <= 1) & (along >= -1) & (along <= length + 1)
     return near
 
 
@@ -172,9 +164,9 @@ def _draw_label(label: PlacedLabel, unit: float) -> list[str]:
         f'<rect x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}" '
         f'rx="{3 * unit:.1f}" fill="#ffffff" fill-opacity="0.86"/>'
     )
+    middle, style = (left + right) / 2, 'font-weight="bold" text-anchor="middle"'
     texts = [
-        f'<text x="{(left + right) / 2:.1f}" y="{top + (i + 0.8) * label.line_height:.1f}" font-family="{FONT}" '
-        f'font-size="{label.font_size:.1f}" font-weight="bold" text-anchor="middle" fill="{ink}">{line}</text>'
+        svg_text(middle, top + (i + 0.8) * label.line_height, line, label.font_size, ink, style)
         for i, line in enumerate(label.lines)
     ]
     return [rect, *texts]

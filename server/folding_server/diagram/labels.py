@@ -1,6 +1,7 @@
-"""Vertex labels that do not overlap: candidates around each vertex, the cheapest chosen, then a few rounds of mending.
+"""Vertex labels that do not overlap: the cheapest place around each vertex, then a few rounds of mending.
 
-Lengths are pixels of the picture. A label that cannot sit beside its vertex is moved out and tied to it by a line.
+Lengths are pixels of the picture. A label that cannot sit beside its vertex is moved out and
+tied to it by a line.
 """
 
 from collections.abc import Iterable, Sequence
@@ -199,7 +200,7 @@ def _overlaps(boxes: Floats, others: Floats, gap: float = 1.0) -> Flags:
 
 
 def _choose(choices: Sequence[_Candidates], anchors: Floats) -> list[int]:
-    """Greedy choice, the most crowded labels first; then each label in conflict chooses again given the others."""
+    """Greedy choice, the most crowded first; then each label in conflict chooses again given the others."""
     order = sorted(range(len(choices)), key=lambda i: -float(np.sort(choices[i].costs)[:8].mean()))
     board = _Board(anchors)
     chosen = [0] * len(choices)
@@ -235,7 +236,7 @@ class _Board:
         self.leaders[i] = *self.anchors[i], *leader_end
 
     def conflicts(self, i: int, mine: _Candidates) -> Floats:
-        """What each candidate costs for lying over other labels, on their leaders, or having its leader cross them."""
+        """What each candidate costs for lying over labels or leaders, or having its leader cross them."""
         own = np.concatenate([np.broadcast_to(self.anchors[i], mine.leaders.shape), mine.leaders], axis=1)
         boxes = self.boxes[_near(self.boxes, mine, self.anchors[i])]
         leaders = self.leaders[_near(_segment_boxes(self.leaders), mine, self.anchors[i])]

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 
 from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, colors_of, palette
-from folding_server.diagram.drawing import FONT, draw_body, svg_document
+from folding_server.diagram.drawing import draw_body
+from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import centred_view
 from folding_server.errors import ProgramError
-from folding_server.simulator.paper import Paper, new_paper
+from folding_server.simulator import Paper, apply, new_paper
 
 CAPTION_LINE = 17
 CAPTION_SIZE = 12.5
@@ -32,8 +32,6 @@ def draw_program_strip(
 
     The colours are the program's own unless given. ActionRefused if the program cannot be folded.
     """
-    from folding_server.simulator import apply
-
     paper = new_paper(program.sheet)
     panels = [Panel(paper, ("start",))]
     for step in program.steps:
@@ -52,7 +50,7 @@ def draw_panels_svg(
     panel_size: int = 240,
     labels: bool = False,
 ) -> str:
-    """The panels in rows of ``columns`` (all in one row if None), at one scale, each ``panel_size`` pixels square."""
+    """The panels in rows of ``columns`` (one row if None), all at one scale; ``panel_size`` is in pixels."""
     if not panels:
         raise ProgramError("There is nothing to draw: give at least one state.")
     inks = palette(colors)
@@ -88,15 +86,21 @@ def _draw_panel(
 ) -> list[str]:
     x, y = corner
     captions = [
-        f'<text x="{size / 2:g}" y="{size + 4 + (i + 0.8) * CAPTION_LINE:.1f}" font-family="{FONT}" '
-        f'font-size="{CAPTION_SIZE}" text-anchor="middle" fill="#333333">{escape(line)}</text>'
+        svg_text(
+            size / 2,
+            size + 4 + (i + 0.8) * CAPTION_LINE,
+            line,
+            CAPTION_SIZE,
+            "#333333",
+            'text-anchor="middle"',
+        )
         for i, line in enumerate(panel.caption)
     ]
     return [
         f'<g transform="translate({x:g} {y:g})">',
         f'<rect width="{size}" height="{size}" fill="{inks.table}"/>',
         *draw_body(panel.paper, inks, centred_view(panel.paper, size), labels),
-        f'<text x="8" y="20" font-family="{FONT}" font-size="{CAPTION_SIZE}" fill="#444444">{number}</text>',
+        svg_text(8, 20, str(number), CAPTION_SIZE, "#444444"),
         *captions,
         "</g>",
     ]

@@ -1,4 +1,4 @@
-"""How the table plane is laid on a picture: one scale for all steps of a run, so that diagrams can be compared."""
+"""How the table plane is laid on a picture: one scale for all steps, so that diagrams can be compared."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ MARGIN = 0.07
 
 @dataclass(frozen=True)
 class View:
-    """A square picture of ``size`` pixels with the plane point ``center`` in its middle; pixel y points down."""
+    """A square picture of ``size`` pixels with the point ``center`` in its middle; pixel y points down."""
 
     size: float
     pixels_per_unit: float
@@ -28,9 +28,9 @@ class View:
 def steady_view(papers: Iterable[Paper], size: float) -> View:
     """The view for one state of a run, or for several states side by side.
 
-    The scale depends on the sheet alone: its diagonal fits between the margins. Folding never makes a sheet wider
-    than its diagonal, so every state fits at this scale. The picture is centred where the flat sheet started, and
-    shifts only as far as it must to keep the paper between the margins.
+    The scale depends on the sheet alone: its diagonal fits between the margins. Folding never makes a sheet
+    wider than its diagonal, so every state fits at this scale. The picture is centred where the flat sheet
+    started, and shifts only as far as it must to keep the paper between the margins.
     """
     states = list(papers)
     width, height = states[0].sheet

@@ -14,21 +14,25 @@ from folding_server.simulator.paper import Edge, Paper, edge_of
 from folding_server.simulator.plane_geometry import TOLERANCE, Point
 
 SLIVER = 5 * TOLERANCE
-"""Visible parts narrower than this (sheet units) are left out: layers that should coincide differ by about as much."""
+"""Visible parts narrower than this (sheet units) are left out: matching layers differ by about as much."""
 
 EXACT = 1e-9
 """Outlines that cross by no more than this only touch."""
+
+TOPMOST = 16
+"""How many faces from the top are tried first as covers of whole faces."""
 
 Ring = list[Point]
 Span = tuple[float, float]
 Geometries = NDArray[Any]
 Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class VisibleFace:
-    """The visible parts of one face: each part is its outer ring and its holes. ``whole`` if nothing covers it."""
+    """The visible parts of a face, each its outer ring and its holes. ``whole`` if nothing covers it."""
 
     face: int
     back_up: bool
@@ -83,9 +87,9 @@ def _polygons(outlines: list[Ring]) -> Geometries:
 def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
     """Cut away from each outline (listed top to bottom) what lies under the ones before it.
 
-    Faces wholly under one other face go first. The rest are worked through together, one covering face each per
-    round. A face that is hidden itself need not cover others: what hides it lies over them as well. Returns what is
-    left of each, which lost something, and which are hidden.
+    Faces wholly under one other face go first. The rest are worked through together, one covering face each
+    per round. A face that is hidden itself need not cover others: what hides it lies over them as well.
+    Returns what is left of each, which lost something, and which are hidden.
     """
     shapes, regions = convex_polygons(outlines), _polygons(outlines)
     polygons, covered, hidden = (
@@ -109,22 +113,39 @@ def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
 def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indices]:
     """Pairs (lower, upper) that overlap, by lower face, the largest common box first.
 
-    Faces that another covers wholly are marked in ``hidden`` on the way and do not occur in the pairs.
+    Faces that another covers wholly are marked in ``hidden`` on the way and do not occur in the pairs. Most
+    of them lie under one of the topmost faces, so those are tried first.
     """
-    lower, upper = np.tril_indices(len(hidden), -1)
-    boxes = shapes.boxes
-    common = np.minimum(boxes[lower, 2:], boxes[upper, 2:]) - np.maximum(boxes[lower, :2], boxes[upper, :2])
-    near = np.flatnonzero((common > EXACT).all(axis=1))
-    lower, upper, common = lower[near], upper[near], common[near]
-    enclosed = (common >= boxes[lower, 2:] - boxes[lower, :2] - 2 * EXACT).all(axis=1)
-    under = shapes.contains(upper[enclosed], lower[enclosed], EXACT)
-    hidden[lower[enclosed][under]] = True
-    left = ~(hidden[lower] | hidden[upper])
-    lower, upper, common = lower[left], upper[left], common[left]
-    meet = shapes.overlaps(lower, upper, EXACT)
+    first = np.nonzero(np.arange(len(hidden))[:, None] > np.arange(min(len(hidden), TOPMOST)))
+    _hide_enclosed(shapes, hidden, *_meeting(shapes, *first))
+    left = np.flatnonzero(~hidden)
+    boxes: Geometries = np.asarray(shapely.box(*shapes.boxes[left].T))
+    rows, columns = shapely.STRtree(boxes).query(boxes)
+    lower, upper, common = _meeting(shapes, left[rows], left[columns])
+    _hide_enclosed(shapes, hidden, lower, upper, common)
+    meet = ~(hidden[lower] | hidden[upper])
+    meet[meet] = shapes.overlaps(lower[meet], upper[meet], EXACT)
     lower, upper, common = lower[meet], upper[meet], common[meet]
     order = np.lexsort((-common.prod(axis=1), lower))
     return lower[order], upper[order]
+
+
+def _meeting(shapes: ConvexPolygons, lower: Indices, upper: Indices) -> tuple[Indices, Indices, Floats]:
+    """Those pairs of which the upper is above the lower and the boxes overlap, with the common boxes."""
+    boxes = shapes.boxes
+    common = np.minimum(boxes[lower, 2:], boxes[upper, 2:]) - np.maximum(boxes[lower, :2], boxes[upper, :2])
+    near = np.flatnonzero((upper < lower) & (common[:, 0] > EXACT) & (common[:, 1] > EXACT))
+    return lower[near], upper[near], common[near]
+
+
+def _hide_enclosed(
+    shapes: ConvexPolygons, hidden: Flags, lower: Indices, upper: Indices, common: Floats
+) -> None:
+    """Mark the lower faces that lie wholly under their upper face."""
+    size = shapes.boxes[lower, 2:] - shapes.boxes[lower, :2]
+    enclosed = np.flatnonzero((common >= size - 2 * EXACT).all(axis=1))
+    under = shapes.contains(upper[enclosed], lower[enclosed], EXACT)
+    hidden[lower[enclosed][under]] = True
 
 
 def _hidden(regions: Geometries) -> Flags:

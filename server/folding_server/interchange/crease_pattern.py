@@ -13,7 +13,8 @@ LETTERS: dict[str, Letter] = {"B": "B", "M": "M", "V": "V", "F": "F", "U": "U", 
 def crease_pattern_of(paper: Paper) -> CreasePattern:
     """The crease pattern of a paper: vertices by ascending id, faces in the paper's own order.
 
-    Faces run counter-clockwise, so that normals point out of the front, and start where the paper's cycles start.
+    Faces run counter-clockwise, so that normals point out of the front, and start where the
+    paper's cycles start.
     """
     index = {v: i for i, v in enumerate(sorted(paper.places))}
     edges = list(paper.edges())

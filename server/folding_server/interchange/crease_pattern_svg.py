@@ -1,7 +1,8 @@
-"""The crease pattern as an SVG picture: mountain red dash-dotted, valley blue dashed, boundary black, mark grey."""
+"""The crease pattern as SVG: mountain red dash-dotted, valley blue dashed, edge black, mark grey."""
 
 from dataclasses import dataclass
 
+from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.simulator.foldability import CreasePattern
 
 MARGIN = 0.06
@@ -29,7 +30,7 @@ STYLES = {
 
 
 def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool = False) -> str:
-    """The pattern seen from its front, fitted to ``size`` pixels in width, with a legend below if asked for."""
+    """The pattern seen from its front, ``size`` pixels wide, with a legend below if asked for."""
     xs, ys = zip(*pattern.vertices, strict=True)
     span = max(max(xs) - min(xs), max(ys) - min(ys))
     scale, border = size * (1 - 2 * MARGIN) / span, size * MARGIN
@@ -50,9 +51,7 @@ def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool 
     if legend:
         body += _legend(sorted(set(pattern.letters), key=list(STYLES).index, reverse=True), size, height)
     full = height + (LEGEND_HEIGHT * size / 768 if legend else 0)
-    area = f'width="{size:g}" height="{full:g}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {area} viewBox="0 0 {size:g} {full:g}">'
-    return "\n".join([head, f'<rect {area} fill="#ffffff"/>', *body, "</svg>\n"])
+    return svg_document(size, full, "#ffffff", body)
 
 
 def _stroke(style: LineStyle, unit: float) -> str:
@@ -71,8 +70,5 @@ def _legend(letters: list[str], size: int, top: float) -> list[str]:
     for i, letter in enumerate(letters):
         style, x, y = STYLES[letter], size * MARGIN + i * 140 * unit, top + 8 * unit
         drawn.append(f'<path d="M{x:.1f} {y:.1f}L{x + 48 * unit:.1f} {y:.1f}" {_stroke(style, unit)}/>')
-        drawn.append(
-            f'<text x="{x + 56 * unit:.1f}" y="{y + 5 * unit:.1f}" font-family="DejaVu Sans, Verdana, sans-serif" '
-            f'font-size="{14 * unit:.1f}" fill="#222222">{style.name}</text>'
-        )
+        drawn.append(svg_text(x + 56 * unit, y + 5 * unit, style.name, 14 * unit, "#222222"))
     return drawn

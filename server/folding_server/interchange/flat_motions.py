@@ -1,5 +1,6 @@
-"""How the faces of a crease pattern move when it is folded flat: one isometry a face, or the pattern from the fold."""
+"""How faces move when a crease pattern is folded flat: one isometry a face, or the pattern from the fold."""
 
+import heapq
 from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot
@@ -30,7 +31,7 @@ def sheet_scale(points: Sequence[Point]) -> float:
 
 
 def normalised(pattern: CreasePattern) -> CreasePattern:
-    """The pattern with its lower left corner at (0, 0) and in sheet units. ProgramError if it is no full rectangle."""
+    """The pattern with lower left corner (0, 0), in sheet units. ProgramError if it is no full rectangle."""
     points = pattern.vertices
     width, height = _extent(points)
     covered = sum(abs(area([points[v] for v in cycle])) for cycle in pattern.faces)
@@ -39,7 +40,8 @@ def normalised(pattern: CreasePattern) -> CreasePattern:
     ):
         raise ProgramError(
             f"The faces of the crease pattern cover an area of {covered:.6g} where a sheet of {width:.6g} by "
-            f"{height:.6g} has {width * height:.6g}; only whole rectangular sheets with upright sides are read."
+            f"{height:.6g} has {width * height:.6g}; only whole rectangular sheets with upright sides "
+            "are read."
         )
     scale, left, bottom = sheet_scale(points), min(x for x, _ in points), min(y for _, y in points)
     if scale == 1.0 and max(abs(left), abs(bottom)) <= ROUNDED:
@@ -53,7 +55,7 @@ def _extent(points: Sequence[Point]) -> tuple[float, float]:
 
 
 def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: float) -> Motions:
-    """The motion of each face from the sheet to its folded place, in sheet units; ``scale`` is that of the file.
+    """The motion of each face from sheet to folded place, in sheet units; ``scale`` is that of the file.
 
     ProgramError if a face has another shape when folded.
     """
@@ -65,7 +67,8 @@ def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: floa
         worst = max(_gap(motion(place), point) for place, point in zip(flat, lies, strict=True))
         if worst > ROUNDED:
             raise ProgramError(
-                f"Face {i} of the FOLD file has another shape when folded (a corner is out by {worst:.3g} of the sheet); "
+                f"Face {i} of the FOLD file has another shape when folded (a corner is out by "
+                f"{worst:.3g} of the sheet); "
                 "the folded form and the crease pattern do not belong together."
             )
         motions.append(motion)
@@ -73,7 +76,7 @@ def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: floa
 
 
 def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
-    """The isometry that takes one outline to another with the least squared error; a mirror if they run opposite."""
+    """The isometry from one outline to another with least squared error; a mirror if they run opposite."""
     mirrored = (area(start) > 0) != (area(end) > 0)
     z, w = [complex(*p) for p in start], [complex(*p) for p in end]
     middle, target = sum(z) / len(z), sum(w) / len(w)
@@ -93,8 +96,9 @@ def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
 
 
 def motions_by_folding(pattern: CreasePattern) -> Motions:
-    """The motion of each face when every M and V is folded flat and face 0 stays, by reflections from face to face.
+    """The motion of each face when every M and V is folded flat and face 0 stays, from face to face.
 
+    Longer creases are crossed first: the shorter a crease, the less exactly its ends give its direction.
     ProgramError if a crease has no letter, or the faces do not close up around a vertex (Kawasaki's theorem).
     """
     if "U" in pattern.letters:
@@ -102,23 +106,29 @@ def motions_by_folding(pattern: CreasePattern) -> Motions:
             "The crease pattern has unassigned creases, so it is not known how it lies when folded; "
             "give M, V or F for every crease, or check it for foldability to find a folded state."
         )
-    motions: dict[int, Isometry] = {0: IDENTITY}
     beside = _faces_beside(pattern)
-    waiting = [0]
+    motions: dict[int, Isometry] = {}
+    waiting = [(0.0, 0, IDENTITY)]
     while waiting:
-        face = waiting.pop()
+        _, face, motion = heapq.heappop(waiting)
+        if face in motions:
+            continue
+        motions[face] = motion
         for edge, other in beside[face]:
-            motion = _across(pattern, edge, motions[face])
-            if other not in motions:
-                motions[other] = motion
-                waiting.append(other)
+            if other in motions:
+                _check_closed(pattern, edge, motion, motions[other])
             else:
-                _check_closed(pattern, edge, motion, motions[other], other)
+                heapq.heappush(waiting, (-_length(pattern, edge), other, _across(pattern, edge, motion)))
     if len(motions) < len(pattern.faces):
         raise ProgramError(
             "The faces of the crease pattern are not all joined; only sheets in one piece are read."
         )
     return [motions[i] for i in range(len(pattern.faces))]
+
+
+def _length(pattern: CreasePattern, edge: int) -> float:
+    u, v = pattern.edges[edge]
+    return _gap(pattern.vertices[u], pattern.vertices[v])
 
 
 def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
@@ -129,15 +139,17 @@ def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
     return motion.after(mirror(line_through(pattern.vertices[u], pattern.vertices[v])))
 
 
-def _check_closed(pattern: CreasePattern, edge: int, one: Isometry, other: Isometry, face: int) -> None:
-    for v in pattern.faces[face]:
-        place = pattern.vertices[v]
-        if _gap(one(place), other(place)) > ROUNDED or one.mirrors != other.mirrors:
-            a, b = pattern.edges[edge]
-            raise ProgramError(
-                f"The crease pattern does not fold flat as its letters say: its faces do not close up at the crease "
-                f"between vertices {a} and {b}; check the letters of the creases around them."
-            )
+def _check_closed(pattern: CreasePattern, edge: int, one: Isometry, other: Isometry) -> None:
+    """The faces beside an edge must put it in one place, turned over against each other if it is folded."""
+    ends = [pattern.vertices[v] for v in pattern.edges[edge]]
+    turned = (one.mirrors != other.mirrors) == (pattern.letters[edge] in "MV")
+    if not turned or any(_gap(one(p), other(p)) > ROUNDED for p in ends):
+        a, b = pattern.edges[edge]
+        raise ProgramError(
+            "The crease pattern does not fold flat as its letters say: its faces do not close up at the "
+            "crease "
+            f"between vertices {a} and {b}; check the letters of the creases around them."
+        )
 
 
 def _gap(p: Point, q: Point) -> float:
@@ -171,7 +183,8 @@ def _faces_beside(pattern: CreasePattern) -> list[list[tuple[int, int]]]:
 def unfolded(folded: CreasePattern) -> CreasePattern:
     """The crease pattern of a folded form: folding it along its folded creases once more lays it flat.
 
-    The sheet is turned so that the side where face 0 runs counter-clockwise is the front, and its lower edge level.
+    The sheet is turned so that the side where face 0 runs counter-clockwise is the front, and its
+    lower edge level.
     """
     motions = motions_by_folding(folded)
     places: dict[int, Point] = {}
@@ -187,7 +200,7 @@ def unfolded(folded: CreasePattern) -> CreasePattern:
 
 
 def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
-    """The points turned so that the longest straight boundary edge is level, mirrored if face 0 runs clockwise."""
+    """The points turned so that the longest boundary edge is level, mirrored if face 0 runs clockwise."""
     boundary = [edge for edge, letter in zip(pattern.edges, pattern.letters, strict=True) if letter == "B"]
     if not boundary:
         raise ProgramError(

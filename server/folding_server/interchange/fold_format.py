@@ -1,8 +1,8 @@
-"""A folded sheet as a FOLD 1.2 document: the folded form, then the crease pattern, same vertices in the same order.
+"""A folded sheet as a FOLD 1.2 document: the folded form, then the crease pattern, same vertices.
 
-The standard properties say all that other software reads. Properties named ``folding:...`` add what the simulator
-needs to go on exactly where it was: ids, isometries, the total order of the stack, and who folded which crease.
-Coordinates are written in full double precision.
+The standard properties say all that other software reads. Properties named ``folding:...`` add what the
+simulator needs to go on exactly where it was: ids, isometries, the total order of the stack, and who folded
+which crease. Coordinates are written in full double precision.
 """
 
 import json
@@ -24,7 +24,7 @@ RECORD_VERSION = 1
 
 
 def fold_document(paper: Paper, title: str | None = None) -> Document:
-    """The full document: frame 0 is the folded form, frame 1 the crease pattern, which inherits what is the same."""
+    """The full document: frame 0 the folded form, frame 1 the crease pattern, which inherits the rest."""
     pattern = crease_pattern_of(paper)
     pairs = overlapping_pairs(paper)
     touching = "selfTouching" if pairs else "nonSelfTouching"

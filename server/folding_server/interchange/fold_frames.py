@@ -1,4 +1,4 @@
-"""Reading FOLD documents: the frames of a file, with inheritance resolved and every property checked for its shape."""
+"""Reading FOLD documents: frames with inheritance resolved and every property checked for its shape."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -60,7 +60,7 @@ class Frame(BaseModel):
 def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
     """All frames of a FOLD file, the key frame first. ``source`` is its text or the parsed document.
 
-    ProgramError if it is not JSON, not a FOLD object, or a property has the wrong shape or names what is not there.
+    ProgramError if it is not JSON or no FOLD object, or a property has a wrong shape or a wrong index.
     """
     document = _document(source)
     below = document.get("file_frames", [])
@@ -73,7 +73,7 @@ def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
 
 
 def parse_json_object(text: str, kind: str) -> Mapping[str, Any]:
-    """The JSON object in a text; ProgramError with line and column if it is not one. ``kind`` names the file."""
+    """The JSON object in a text; ProgramError with line and column if it is none. ``kind`` names the file."""
     try:
         document = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -155,5 +155,6 @@ def _check_range(index: int, name: str, used: Iterable[int], count: int, kind: s
     for i in used:
         if not 0 <= i < count:
             raise ProgramError(
-                f"In frame {index} of the FOLD file, {name} names number {i}, but there are {count} {kind}, from 0."
+                f"In frame {index} of the FOLD file, {name} names number {i}, but there are {count} "
+                f"{kind}, from 0."
             )

@@ -1,13 +1,15 @@
 """FOLD files as papers: our own exactly as they were, others by their geometry, letters and face orders."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
 from folding_server.interchange.crease_pattern import LETTERS, counterclockwise
 from folding_server.interchange.flat_motions import (
+    ROUNDED,
     Motions,
     motions_between,
     motions_by_folding,
@@ -18,7 +20,7 @@ from folding_server.interchange.flat_motions import (
 from folding_server.interchange.fold_frames import Frame, read_frames
 from folding_server.interchange.own_record import restored
 from folding_server.interchange.stacking import stacked
-from folding_server.simulator.foldability import CreasePattern, Letter
+from folding_server.simulator.foldability import CreasePattern, Letter, check_pattern
 from folding_server.simulator.foldability.planar import (
     Cycle,
     Edge,
@@ -27,7 +29,7 @@ from folding_server.simulator.foldability.planar import (
     edge_faces,
 )
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Point, line_through
+from folding_server.simulator.plane_geometry import Point, line_through
 
 
 class FaceOrders(Enum):
@@ -48,11 +50,12 @@ class FaceOrders(Enum):
 def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrders.SPEC) -> Paper:
     """The folded paper of a FOLD file, given as its text or the parsed document.
 
-    Our own files give back exactly the paper that was written. Of other files are used: the crease pattern and the
-    folded form, either alone or both; faces, or else the faces of the planar pattern; letters or fold angles; and
-    ``faceOrders``. The sheet is moved and scaled so that its lower left corner is (0, 0) and its width is 1, unless a
-    side is 1 already. ProgramError if the file cannot be read, the pattern does not fold flat as its letters say, or
-    the order of overlapping faces is not given.
+    Our own files give back exactly the paper that was written. Of other files are used: the crease pattern
+    and the folded form, either alone or both; faces, or else the faces of the planar pattern; letters or fold
+    angles; and
+    ``faceOrders``. The sheet is moved and scaled so that its lower left corner is (0, 0) and its width is 1,
+    unless a side is 1 already. ProgramError if the file cannot be read, the pattern does not fold flat as its
+    letters say, or the order of overlapping faces is not given.
     """
     frames = read_frames(source)
     for frame in frames:
@@ -64,8 +67,9 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
 def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
     """The crease pattern of a FOLD file as it stands: unassigned creases stay U, nothing is scaled.
 
-    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded, else from
-    the folded form by unfolding it; faces are computed where there are none. ProgramError if the file cannot be read.
+    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded,
+    else from the folded form by unfolding it; faces are computed where there are none. ProgramError if
+    the file cannot be read.
     """
     frames = read_frames(source)
     frame = _frame_of(frames, "creasePattern")
@@ -74,9 +78,26 @@ def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
     return _pattern(frame or frames[0])
 
 
+def fold_flat(pattern: CreasePattern) -> Paper:
+    """A folded paper from a bare crease pattern: every crease but the marks folded, in a layer order found by search.
+
+    Unassigned creases take the letters that the order gives them. ProgramError, with the reason, if the pattern does
+    not fold flat or its layers have no order from bottom to top.
+    """
+    report = check_pattern(pattern, cap=1)
+    if not report.foldable or report.stack is None:
+        reason = "its layers go round in a circle" if report.foldable else report.reason
+        raise ProgramError(f"The crease pattern cannot be folded flat into a stack: {reason}")
+    sheet = normalised(replace(pattern, faces=pattern.cycles))
+    _check_convex(sheet)
+    creased = replace(sheet, letters=tuple("V" if letter == "U" else letter for letter in sheet.letters))
+    names = sheet.names or tuple(range(1, len(sheet.vertices) + 1))
+    return stacked(sheet, motions_by_folding(creased), set(pairwise(report.stack)), names)
+
+
 @dataclass(frozen=True)
 class _Sources:
-    """The frames a foreign paper is made of: where the sheet is unfolded, where it is folded, who orders the faces."""
+    """The frames of a foreign paper: where it is unfolded, where it is folded, who orders the faces."""
 
     unfolded: Frame | None
     folded: Frame | None
@@ -123,7 +144,8 @@ def _flat_pattern(sources: _Sources) -> CreasePattern:
         and [set(f) for f in flat.faces_vertices] != [set(f) for f in folded.faces_vertices]
     ):
         raise ProgramError(
-            "The folded form and the crease pattern of the FOLD file do not have the same vertices and faces in the same "
+            "The folded form and the crease pattern of the FOLD file do not have the same vertices and "
+            "faces in the same "
             "order; save both frames from one model."
         )
     return _pattern(flat.model_copy(update={"faces_vertices": folded.faces_vertices}))
@@ -134,7 +156,7 @@ def _points(frame: Frame) -> list[Point]:
 
 
 def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
-    """The mesh of a frame. The faces of a folded form (``turned``) may run either way and are left as they are."""
+    """The mesh of a frame. The faces of a folded form (``turned``) may run either way and stay so."""
     points = _points(frame)
     if len(points) < 3 or not frame.edges_vertices:
         raise ProgramError("The FOLD file has no vertices_coords or no edges_vertices; both are needed.")
@@ -151,8 +173,9 @@ def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
     )
     if not turned:
         faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in faces)
-    names = tuple(frame.vertex_ids) or tuple(range(len(points)))
-    return CreasePattern(tuple(points), edges, _with_boundary(edges, letters, faces), faces, names)
+    return CreasePattern(
+        tuple(points), edges, _with_boundary(edges, letters, faces), faces, tuple(frame.vertex_ids)
+    )
 
 
 def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool) -> tuple[Cycle, ...]:
@@ -165,7 +188,8 @@ def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool
     if crossing:
         first, second = (list(edges[i]) for i in crossing)
         raise ProgramError(
-            f"Edges {first} and {second} of the FOLD file cross where there is no vertex, so its faces cannot be found; "
+            f"Edges {first} and {second} of the FOLD file cross where there is no vertex, so its faces "
+            "cannot be found; "
             "split edges where they meet, or give faces_vertices."
         )
     return boundary_cycles(points, edges, ())
@@ -198,7 +222,7 @@ def _check_convex(pattern: CreasePattern) -> None:
         corners = [pattern.vertices[v] for v in cycle]
         for p, q in zip(corners, (*corners[1:], corners[0]), strict=True):
             line = line_through(p, q) if p != q else None
-            if line is None or any(line.distance(r) < -TOLERANCE for r in corners):
+            if line is None or any(line.distance(r) < -ROUNDED for r in corners):
                 raise ProgramError(
                     f"Face {i} of the FOLD file is not convex; add crease marks that split it."
                 )

@@ -1,4 +1,4 @@
-"""The folded model as a Wavefront OBJ mesh, its layers lifted apart so that a viewer can tell them from each other."""
+"""The folded model as a Wavefront OBJ mesh, its layers lifted apart so that they can be told apart."""
 
 from folding_server.simulator import Paper, layers_of_planes
 from folding_server.simulator.plane_geometry import area
@@ -8,7 +8,7 @@ THICKNESS = 0.01
 
 
 def obj_text(paper: Paper, thickness: float = THICKNESS) -> str:
-    """One group a face, corners counter-clockwise seen from the front of the sheet; z grows from layer to layer.
+    """One group a face, corners counter-clockwise seen from the front; z grows from layer to layer.
 
     Faces share no vertices: neighbours across a fold lie in different layers.
     """

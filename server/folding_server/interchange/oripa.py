@@ -1,7 +1,7 @@
 """The crease pattern in the ``.cp`` text form of ORIPA and Oriedita: one line ``type x1 y1 x2 y2`` a crease.
 
-Types: 1 edge of the sheet, 2 mountain, 3 valley, 4 auxiliary (marks and unassigned creases). The longer side of the
-sheet runs from -200 to 200, x to the right and y down, as those programs draw it.
+Types: 1 edge of the sheet, 2 mountain, 3 valley, 4 auxiliary (marks and unassigned creases). The longer side
+of the sheet runs from -200 to 200, x to the right and y down, as those programs draw it.
 """
 
 from folding_server.simulator.foldability import CreasePattern

@@ -61,7 +61,8 @@ def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
     )
     if not sound:
         raise ProgramError(
-            "The FOLD file's folding:record does not fit its vertices, edges and faces; another program has changed the "
+            "The FOLD file's folding:record does not fit its vertices, edges and faces; another program "
+            "has changed the "
             "file: remove folding:record from it to read it by its geometry alone."
         )
 
@@ -72,6 +73,8 @@ def _check_geometry(paper: Paper, folded: Frame) -> None:
         x, y = paper.positions[v]
         if hypot(x - point[0], y - point[1]) > ROUNDED:
             raise ProgramError(
-                f"In the FOLD file vertex {v} lies at ({point[0]:g}, {point[1]:g}), but its folding:record puts it at "
-                f"({x:g}, {y:g}); another program has moved it: remove folding:record to read the geometry alone."
+                f"In the FOLD file vertex {v} lies at ({point[0]:g}, {point[1]:g}), but its "
+                "folding:record puts it at "
+                f"({x:g}, {y:g}); another program has moved it: remove folding:record to read the "
+                "geometry alone."
             )

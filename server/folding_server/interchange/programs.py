@@ -1,7 +1,8 @@
 """Folding programs as JSON files, read with plain errors and written back with their comments.
 
-A program is ``{"name", "front_color"?, "back_color"?, "sheet"?, "comment"?, "steps": [[action, ...], ...]}``. Comments
-are JSON too, so that every tool can read the file: a ``"comment"`` on the program, and one on any action.
+A program is ``{"name", "front_color"?, "back_color"?, "sheet"?, "comment"?, "steps": [[action, ...], ...]}``.
+Comments are JSON too, so that every tool can read the file: a ``"comment"`` on the program,
+and one on any action.
 """
 
 import json
@@ -31,7 +32,7 @@ class CommentedProgram:
 
 @dataclass(frozen=True)
 class PublishedProgram:
-    """A program printed in a figure of the paper: where it is from and the vertex ids that each step creates."""
+    """A program printed in a figure: where it is from and the vertex ids that each step creates."""
 
     program: Program
     new_vertices: tuple[tuple[int, ...], ...]
@@ -41,7 +42,7 @@ class PublishedProgram:
 
 @dataclass(frozen=True)
 class RecordedAction:
-    """An action of a recorded result. ``at``: where the two vertices lie on the sheet, since their ids may differ."""
+    """An action of a recorded result. ``at``: where its vertices lie on the sheet, since ids may differ."""
 
     action: Action
     at: tuple[Point, Point] | None
@@ -114,7 +115,7 @@ def load_recorded(text: str) -> RecordedProgram:
 
 
 def resolved(paper: Paper, recorded: RecordedAction) -> Action:
-    """The action with its edge named by the vertices of this paper that lie nearest to ``at`` on the sheet."""
+    """The action with its edge named by the vertices of this paper nearest to ``at`` on the sheet."""
     if recorded.at is None:
         return recorded.action
     edge = tuple(_nearest(paper, point) for point in recorded.at)
@@ -184,7 +185,8 @@ def _check_numbers(program: Program) -> None:
     if not all(0 < side <= LONGEST_SIDE for side in program.sheet):
         width, height = program.sheet
         raise ProgramError(
-            f"The program's sheet is {width:g} by {height:g}; width and height must be above 0 and at most {LONGEST_SIDE:g}."
+            f"The program's sheet is {width:g} by {height:g}; width and height must be above 0 and at "
+            f"most {LONGEST_SIDE:g}."
         )
     for i, step in enumerate(program.steps):
         for j, action in enumerate(step):
@@ -192,7 +194,8 @@ def _check_numbers(program: Program) -> None:
                 value = getattr(action, name, 0.0)
                 if not isfinite(value):
                     raise ProgramError(
-                        f"Action {j + 1} of step {i + 1} of the program has the {name} {value}; give a number."
+                        f"Action {j + 1} of step {i + 1} of the program has the {name} {value}; give a "
+                        "number."
                     )
 
 

@@ -9,7 +9,7 @@ from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
-from folding_server.simulator.plane_geometry import Isometry, Line, line_through
+from folding_server.simulator.plane_geometry import Isometry, Line, line_through, overlap
 
 Relation = set[tuple[int, int]]
 
@@ -19,8 +19,9 @@ def stacked(
 ) -> Paper:
     """The paper whose faces lie as ``motions`` says, stacked so that (lower, upper) in ``relation`` holds.
 
-    Faces take ids from 1 by index. Neighbours across a folded crease may be left out of the relation: the letter of
-    the crease orders them. ProgramError if overlapping faces are not ordered or are ordered in a circle.
+    Faces take ids from 1 by index. Neighbours across a folded crease may be left out of the relation: the
+    letter of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
+    in a circle.
     """
     sheet = max(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
     places = {v: pattern.vertices[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))}
@@ -39,17 +40,15 @@ def stacked(
 
 def _order(paper: Paper, given: Relation, letters: Mapping[Edge, str]) -> tuple[int, ...]:
     """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
-    overlapping = {frozenset(pair) for pair in overlapping_pairs(paper)}
-    relation = {pair for pair in given if frozenset(pair) in overlapping}
-    known = {frozenset(pair) for pair in relation}
-    relation |= {pair for pair in _by_letters(paper, letters) if frozenset(pair) in overlapping - known}
+    known = {frozenset(pair) for pair in given}
+    relation = given | {pair for pair in _by_letters(paper, letters) if frozenset(pair) not in known}
     order = _topological(paper.faces, relation)
-    _check_all_ordered(order, relation, overlapping)
+    _check_all_ordered(paper, order, relation)
     return order
 
 
 def _by_letters(paper: Paper, letters: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
-    """(lower, upper) across each folded crease: the lower face has its front up at a valley, its back at a mountain."""
+    """(lower, upper) across each folded crease: the lower face has its front up at a valley."""
     for edge, beside in paper.edge_faces.items():
         letter = letters.get(edge)
         if letter in ("M", "V") and paper.is_folded(edge):
@@ -58,7 +57,7 @@ def _by_letters(paper: Paper, letters: Mapping[Edge, str]) -> Iterable[tuple[int
 
 
 def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
-    """The faces in an order in which every lower face comes first; smallest id first where there is a choice."""
+    """The faces in an order in which every lower face comes first; smallest id first at a choice."""
     above: dict[int, list[int]] = {}
     below = dict.fromkeys(faces, 0)
     for low, high in relation:
@@ -77,14 +76,15 @@ def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
     if len(order) < len(below):
         stuck = sorted(face - 1 for face in below if face not in set(order))
         raise ProgramError(
-            f"The face orders go round in a circle through faces {', '.join(map(str, stuck[:6]))} (numbered from 0); "
+            f"The face orders go round in a circle through faces {', '.join(map(str, stuck[:6]))} "
+            "(numbered from 0); "
             "check faceOrders, and whether the file follows another convention for their signs."
         )
     return tuple(order)
 
 
-def _check_all_ordered(order: Sequence[int], relation: Relation, overlapping: set[frozenset[int]]) -> None:
-    """Every overlapping pair must be ordered, directly or through the faces between."""
+def _check_all_ordered(paper: Paper, order: Sequence[int], relation: Relation) -> None:
+    """Every pair that clearly overlaps must be ordered, directly or through the faces between."""
     above: dict[int, set[int]] = {face: set() for face in order}
     direct: dict[int, list[int]] = {}
     for low, high in relation:
@@ -92,16 +92,19 @@ def _check_all_ordered(order: Sequence[int], relation: Relation, overlapping: se
     for face in reversed(order):
         for high in direct.get(face, ()):
             above[face] |= above[high] | {high}
-    for f, g in sorted(tuple(sorted(pair)) for pair in overlapping):
-        if g not in above[f] and f not in above[g]:
+    for f, g in overlapping_pairs(paper):
+        ordered = g in above[f] or f in above[g]
+        if not ordered and overlap(paper.polygon(f), paper.polygon(g), ROUNDED):
             raise ProgramError(
-                f"Faces {f - 1} and {g - 1} (numbered from 0) overlap when folded, but neither faceOrders nor the "
-                "letters say which is on top; add faceOrders, or check the pattern for foldability to find an order."
+                f"Faces {f - 1} and {g - 1} (numbered from 0) overlap when folded, but neither "
+                "faceOrders nor the "
+                "letters say which is on top; add faceOrders, or check the pattern for foldability to "
+                "find an order."
             )
 
 
 def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]]:
-    """Records for unfolding: the folded creases on one line are taken as one fold, and the upper face as the mover.
+    """Records for unfolding: folded creases on one line are taken as one fold, the upper face as the mover.
 
     Folds are numbered by the height of what they moved, so that the newest lies on top.
     """
