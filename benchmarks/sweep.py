@@ -18,7 +18,7 @@ from multiprocessing import Pool
 from pathlib import Path
 from random import Random
 
-from folding_schemas.actions import Action, AddVertex, Fold, Unfold
+from folding_schemas.actions import Action, Unfold
 from folding_server.errors import ActionRefused
 from folding_server.simulator import Paper, apply, folded_state, new_paper
 from folding_server.simulator.plane_geometry import Point

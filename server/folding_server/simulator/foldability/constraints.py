@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from folding_server.simulator.validity.contacts import along, cells, overlapping, through
 from folding_server.simulator.foldability.equations import Pair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.validity.contacts import along, cells, overlapping, through
+
 
 @dataclass(frozen=True)
 class Conditions:

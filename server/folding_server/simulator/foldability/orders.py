@@ -35,7 +35,7 @@ class Orders:
         if not all(self.decide(*decision) for decision in (*self.equations.fixed, *given)):
             raise ContradictionError
 
-    def decide(self, number: int, value: bool) -> bool:  # noqa: FBT001 - the value of a statement
+    def decide(self, number: int, value: bool) -> bool:
         """Give a class a value with all that follows. False if that is impossible: ``undo`` to where it was then."""
         waiting = [(number, value)]
         while waiting:

@@ -1,6 +1,6 @@
 """A crease pattern as a record: what foldability is asked of."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
@@ -11,6 +11,8 @@ from folding_server.simulator.paper import Paper
 
 Letter = Literal["B", "M", "V", "F", "U"]
 """Boundary, mountain, valley, flat (a mark), or a crease whose direction is not given."""
+
+LETTERS: Mapping[str, Letter] = {letter: letter for letter in get_args(Letter)}
 
 Edge = tuple[int, int]
 Cycle = tuple[int, ...]
@@ -38,7 +40,7 @@ class CreasePattern:
             raise ProgramError(
                 f"There are {len(self.edges)} edges but {len(self.letters)} letters; give one letter for each edge."
             )
-        odd = sorted(set(self.letters) - set(get_args(Letter)))
+        odd = sorted(set(self.letters) - set(LETTERS))
         if odd:
             raise ProgramError(f"The letter {odd[0]!r} is unknown; use B, M, V, F or U.")
         for cycle in (*self.edges, *self.faces):
@@ -66,13 +68,7 @@ def pattern_of(paper: Paper) -> CreasePattern:
     return CreasePattern(
         vertices=tuple(paper.places[v] for v in ids),
         edges=tuple((index[u], index[v]) for (u, v), _ in edges),
-        letters=tuple(_letter(letter) for _, letter in edges),
+        letters=tuple(LETTERS[letter] for _, letter in edges),
         faces=tuple(tuple(index[v] for v in paper.faces[f]) for f in sorted(paper.faces)),
         names=tuple(ids),
     )
-
-
-def _letter(text: str) -> Letter:
-    """A letter of the paper as a letter of a pattern."""
-    known: Sequence[Letter] = get_args(Letter)
-    return known[known.index(text)]  # type: ignore[arg-type]

@@ -26,7 +26,7 @@ def first_order(orders: Orders) -> bool:
     for part in parts(orders, orders.open_classes()):
         found = _search(orders, part)
         if found is None:
-            from folding_server.simulator.foldability.general_solver import solve  # noqa: PLC0415 - ortools is slow to load
+            from folding_server.simulator.foldability.general_solver import solve
 
             found = solve(orders, part)
         if not found:
@@ -136,7 +136,7 @@ def _any(orders: Orders, part: list[int]) -> int:
     length = len(orders.trail)
     found = _search(orders, part)
     if found is None:
-        from folding_server.simulator.foldability.general_solver import solve  # noqa: PLC0415 - ortools is slow to load
+        from folding_server.simulator.foldability.general_solver import solve
 
         found = solve(orders, part)
     orders.undo(length)

@@ -12,14 +12,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from folding_server.simulator.validity.contacts import along, overlapping, through
 from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
 from folding_server.simulator.validity.violation import Kind, Violation, listed
 
 FINER = (2e-4, 1e-4)
 """Slacks down to the simulator's tolerance. Edges that lie apart by less than one and more than the next count as one
 line for the first only; a crossing is real if it is one either way."""
-PARALLEL = 0.02
-"""Largest angle, in radians, between two edges that lie along one line."""
 
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.intp]
@@ -30,8 +29,8 @@ class Stack:
     """The faces as arrays over their index ``0..n-1`` in ``faces``, and the inner edges as arrays over theirs.
 
     ``beside`` (m, 2) holds the indices of the two faces of an inner edge, ``segments`` (m, 2, 2) where the edge lies
-    read off the first, ``side`` (m, 2) on which side of it each of the two faces is, ``turned`` whether it is folded. ``slack`` is what everything is
-    shrunk by.
+    read off the first, ``side`` (m, 2) on which side of it each of the two faces is, ``turned`` whether it is folded.
+    ``slack`` is what everything is shrunk by.
     """
 
     faces: Sequence[int]
@@ -47,10 +46,9 @@ class Stack:
     @cached_property
     def overlapping(self) -> Bools:
         """(n, n): faces that overlap by more than the slack."""
-        shrunk = shapely.buffer(self.outlines, -self.slack / 2, join_style="mitre")
+        i, j = overlapping(self.outlines, self.slack)
         found = np.zeros((len(self.faces), len(self.faces)), bool)
-        found[tuple(shapely.STRtree(shrunk).query(shrunk, predicate="intersects"))] = True
-        np.fill_diagonal(found, val=False)
+        found[i, j] = found[j, i] = True
         return found
 
 
@@ -61,8 +59,8 @@ def stack_of(sheet: Measured, slack: float) -> Stack:
     beside = np.array([[index[f] for f in sheet.edges[e]] for e in sheet.inner], np.intp).reshape(-1, 2)
     own = np.array([[sheet.segment(e, f) for f in sheet.edges[e]] for e in sheet.inner]).reshape(-1, 2, 2, 2)
     centers = np.array([sheet.folded[face].mean(axis=0) for face in faces])
-    along, arm = own[:, :, 1] - own[:, :, 0], centers[beside] - own[:, :, 0]
-    side = np.sign(along[..., 0] * arm[..., 1] - along[..., 1] * arm[..., 0])
+    run, arm = own[:, :, 1] - own[:, :, 0], centers[beside] - own[:, :, 0]
+    side = np.sign(run[..., 0] * arm[..., 1] - run[..., 1] * arm[..., 0])
     return Stack(
         faces, sheet.inner, np.array([sheet.rank[face] for face in faces]),
         np.array([shapely.Polygon(sheet.folded[face]) for face in faces]),
@@ -92,57 +90,28 @@ def _crossings(stack: Stack) -> list[Violation]:
 
 def _through_faces(stack: Stack) -> Iterator[Violation]:
     """Edges that run through the inside of a face: a fold must not enclose it, flat neighbours lie on one side."""
-    core = shapely.buffer(stack.outlines, -stack.slack, join_style="mitre")
-    lines = np.asarray(shapely.linestrings(stack.segments))
-    edge, face = shapely.STRtree(core).query(lines, predicate="intersects")
-    long = shapely.length(shapely.intersection(lines[edge], core[face])) > stack.slack
+    edge, face = through(stack.segments, stack.outlines, stack.slack)
     first, second = stack.beside[edge].T
     apart = (first != face) & (second != face) & stack.overlapping[first, face] & stack.overlapping[second, face]
     between = (stack.rank[first] < stack.rank[face]) != (stack.rank[second] < stack.rank[face])
-    for i in np.flatnonzero(long & apart & between):
+    for i in np.flatnonzero(apart & between):
         kind: Kind = "taco-tortilla" if stack.turned[edge[i]] else "tortilla-tortilla"
         found = (stack.faces[first[i]], stack.faces[second[i]], stack.faces[face[i]])
         u, v = stack.edges[edge[i]]
-        yield Violation(kind, f"Face {found[2]} lies between faces {found[0]} and {found[1]} but spans their edge "
-                        f"{u}-{v}.", found, ((u, v),))
+        detail = f"Face {found[2]} lies between faces {found[0]} and {found[1]} but spans their edge {u}-{v}."
+        yield Violation(kind, detail, found, ((u, v),))
 
 
 def _along_creases(stack: Stack) -> Iterator[Violation]:
     """Pairs of inner edges that lie along one line: their four faces must not interleave."""
-    for i, j in _coincident(stack):
+    pairs, ways = along(stack.segments, stack.slack)
+    for (i, j), way in zip(pairs.T, ways, strict=True):
         if stack.turned[i] and stack.turned[j]:
-            yield from _taco_taco(stack, i, j)
+            yield from _taco_taco(stack, i, j, way)
         elif stack.turned[i] or stack.turned[j]:
-            yield from _taco_tortilla(stack, *((i, j) if stack.turned[i] else (j, i)))
+            yield from _taco_tortilla(stack, *((i, j) if stack.turned[i] else (j, i)), way)
         else:
-            yield from _tortilla_tortilla(stack, i, j)
-
-
-def _coincident(stack: Stack) -> list[tuple[int, int]]:
-    """Pairs of inner edges that run along each other for more than four slacks: the shorter lies along the longer.
-
-    Edges so short that the slack alone could make them parallel are left to ``_through_faces`` if they are not.
-    """
-    lines = np.asarray(shapely.linestrings(stack.segments))
-    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=stack.slack)
-    pairs = pairs[:, pairs[0] < pairs[1]]
-    length = np.hypot(*(stack.segments[:, 1] - stack.segments[:, 0]).T)
-    long, short = np.where(length[pairs[0]] >= length[pairs[1]], pairs, pairs[::-1])
-    start = stack.segments[long, :1]
-    along = (stack.segments[long, 1] - stack.segments[long, 0]) / length[long, None]
-    arms = stack.segments[short] - start
-    reach = np.einsum("kij,kj->ki", arms, along)
-    away = arms[..., 0] * along[:, None, 1] - arms[..., 1] * along[:, None, 0]
-    shared = np.minimum(reach.max(axis=1), length[long]) - np.maximum(reach.min(axis=1), 0)
-    tilt = np.abs(away[:, 1] - away[:, 0]) / np.maximum(length[short], stack.slack)
-    found = (shared > 4 * stack.slack) & (np.abs(away).max(axis=1) <= stack.slack) & (tilt <= PARALLEL)
-    return [(int(i), int(j)) for i, j in pairs[:, found].T]
-
-
-def _same_way(stack: Stack, i: int, j: int) -> float:
-    """1 if two coincident edges run the same way, else -1."""
-    along = stack.segments[[i, j], 1] - stack.segments[[i, j], 0]
-    return float(np.sign(along[0] @ along[1]))
+            yield from _tortilla_tortilla(stack, i, j, way)
 
 
 def _crossing(stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str) -> Violation:
@@ -152,9 +121,9 @@ def _crossing(stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int
     return Violation(kind, f"Faces {listed(ids)} {what} along edges {where}.", ids, names)
 
 
-def _taco_taco(stack: Stack, i: int, j: int) -> Iterator[Violation]:
+def _taco_taco(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
     """Two folds on one side of a line: nested or apart, never interleaved."""
-    if stack.side[i, 0] != stack.side[j, 0] * _same_way(stack, i, j):
+    if stack.side[i, 0] != stack.side[j, 0] * way:
         return
     (a, b), (c, d) = stack.beside[i], stack.beside[j]
     if len({a, b, c, d}) < 4 or not stack.overlapping[[a, a, b, b], [c, d, c, d]].all():
@@ -164,20 +133,20 @@ def _taco_taco(stack: Stack, i: int, j: int) -> Iterator[Violation]:
         yield _crossing(stack, "taco-taco", (a, b, c, d), (i, j), "interleave")
 
 
-def _taco_tortilla(stack: Stack, fold: int, flat: int) -> Iterator[Violation]:
+def _taco_tortilla(stack: Stack, fold: int, flat: int, way: int) -> Iterator[Violation]:
     """A fold and a flat pair along one line: the face of the pair on the fold's side is not inside the fold."""
     a, b = stack.beside[fold]
-    on = stack.side[flat] * _same_way(stack, fold, flat) == stack.side[fold, 0]
+    on = stack.side[flat] * way == stack.side[fold, 0]
     for c in stack.beside[flat][on]:
         outside = (stack.rank[a] < stack.rank[c]) == (stack.rank[b] < stack.rank[c])
         if not outside and stack.overlapping[a, c] and stack.overlapping[b, c]:
             yield _crossing(stack, "taco-tortilla", (a, b, c), (fold, flat), "cross")
 
 
-def _tortilla_tortilla(stack: Stack, i: int, j: int) -> Iterator[Violation]:
+def _tortilla_tortilla(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
     """Two flat pairs along one line: one pair is above the other on both sides of it."""
     a, b = stack.beside[i]
-    c, d = stack.beside[j] if stack.side[i, 0] == stack.side[j, 0] * _same_way(stack, i, j) else stack.beside[j][::-1]
+    c, d = stack.beside[j] if stack.side[i, 0] == stack.side[j, 0] * way else stack.beside[j][::-1]
     if not (stack.overlapping[a, c] and stack.overlapping[b, d]):
         return
     if (stack.rank[a] < stack.rank[c]) != (stack.rank[b] < stack.rank[d]):
