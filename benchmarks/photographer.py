@@ -1,6 +1,6 @@
 """How long a photograph takes and how large it is, by level: seconds per frame, kilobytes. Prints JSON.
 
-    python benchmarks/photographer.py [PROGRAM.json ...] [--seed N]
+python benchmarks/photographer.py [PROGRAM.json ...] [--seed N]
 """
 
 import argparse

@@ -17,6 +17,8 @@ from folding_server.photographer.colors import linear_color, to_linear
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.replaying import keyframe_papers
+from paths import ROOT
+from PIL import Image
 
 SIZE = (240, 240)
 HALF = Program(
@@ -65,11 +67,12 @@ def looks(picture: np.ndarray[Any, Any], scene: dict[str, Any]) -> np.ndarray[An
     """Labels 0 table, 1 front, 2 back by the nearest of the scene's colours."""
     colors = np.array([linear_color(scene[key]) for key in ("table_color", "front", "back")])
     distance = np.linalg.norm(np.cbrt(to_linear(picture))[:, :, None] - np.cbrt(colors), axis=-1)
-    return np.argmin(distance, axis=-1).astype(np.uint8)
+    return np.asarray(np.argmin(distance, axis=-1), np.uint8)
 
 
 def picture_of(folder: Path, frame: dict[str, Any]) -> np.ndarray[Any, Any]:
-    return cv2.cvtColor(cv2.imread(str(folder / frame["image"])), cv2.COLOR_BGR2RGB)
+    with Image.open(folder / frame["image"]) as image:
+        return np.asarray(image)
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -252,3 +255,26 @@ def test_folders_that_are_not_ours_are_left_alone(tmp_path: Path) -> None:
     with pytest.raises(PhotoError, match="was not made here"):
         photograph(HALF, tmp_path / "theirs", 1, size=SIZE)
     assert (tmp_path / "theirs" / "keyframes.json").read_text() == "{}"
+
+
+def test_imprecise_folds_move_the_same_side_where_an_upright_line_leans() -> None:
+    upright = (AddVertex(edge=(1, 2), position=0.5), AddVertex(edge=(3, 4), position=0.5))
+    book = Program(name="book", steps=((*upright, Fold(edge=(5, 6), direction=-1)),))
+    for seed in range(6):
+        real = imprecise(book, seed, LEVELS[3])
+        moved = keyframe_papers(real)[-1].positions
+        assert real.steps != book.steps
+        assert moved[1] == pytest.approx((1, 1), abs=0.05)
+
+
+def test_imprecision_leaves_most_models_what_they_are() -> None:
+    folder = ROOT / "benchmarks" / "reconstruction" / "programs"
+    programs = [Program.model_validate_json(path.read_text()) for path in sorted(folder.glob("*.json"))]
+    changed = 0
+    for program in programs:
+        real = imprecise(program, 3, LEVELS[3])
+        exact, found = keyframe_papers(program)[-1], keyframe_papers(real)[-1]
+        corners = [np.hypot(*np.subtract(exact.positions[v], found.positions[v])) for v in (1, 2, 3, 4)]
+        assert max(corners) < 0.13, program.name
+        changed += real != program
+    assert changed >= 0.9 * len(programs)

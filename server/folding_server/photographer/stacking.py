@@ -28,7 +28,7 @@ Mask = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Shading:
-    """How shadows fall: ``towards`` the direction they are thrown in pixels (unit vector), ``depth`` 0 to 1."""
+    """How shadows fall: ``towards`` their direction in pixels (unit vector), ``depth`` 0 to 1."""
 
     towards: tuple[float, float]
     depth: float

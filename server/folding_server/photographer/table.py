@@ -12,7 +12,7 @@ from folding_server.photographer.scene import Scene
 
 SIDE = 1200
 REACH = 2.4
-"""The texture covers this many sheet sides in both directions about the centre; beyond it repeats mirrored."""
+"""The texture covers this many sheet sides either way from the centre; beyond it repeats mirrored."""
 
 
 def table_texture(scene: Scene, seed: int) -> Floats:
