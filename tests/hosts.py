@@ -28,7 +28,7 @@ class Host:
         result = await self.answer(tool, **arguments)
         assert not result.is_error, text_of(result)
         assert result.structured_content is not None
-        return result.structured_content
+        return dict(result.structured_content)
 
     async def refusal(self, tool: str, **arguments: Any) -> str:
         """The one sentence that answers a call that must be refused."""

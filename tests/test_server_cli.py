@@ -122,7 +122,12 @@ def test_photograph_writes_a_sequence_and_tells_its_progress(run: Run, tmp_path:
     ],
 )
 def test_a_mistake_is_one_line_on_stderr_and_an_exit_code(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str | Path], code: int, named: str
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str | Path],
+    code: int,
+    named: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("bad.json").write_text("this is no JSON")

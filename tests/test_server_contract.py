@@ -9,15 +9,19 @@ from folding_server.tools.catalogue import tools
 
 
 def test_the_tools_are_those_of_the_contract() -> None:
-    changed = [*(f"breaking: {line}" for line in breaking(committed(), current())),
-               *(f"compatible: {name}" for name in compatible(committed(), current()))]
+    changed = [
+        *(f"breaking: {line}" for line in breaking(committed(), current())),
+        *(f"compatible: {name}" for name in compatible(committed(), current())),
+    ]
     assert current() == committed(), f"run tests/contract/tool_contract.py and commit its result; {changed}"
 
 
 def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
     for tool in tools():
         assert len(tool.description) > 80, tool.name
-        assert all(schema.get("description") for schema in tool.parameters.get("properties", {}).values()), tool.name
+        assert all(schema.get("description") for schema in tool.parameters.get("properties", {}).values()), (
+            tool.name
+        )
         assert "run_id" in tool.parameters["properties"] or tool.name == "list_sequences"
         assert tool.parameters["additionalProperties"] is False
 
@@ -49,9 +53,15 @@ def test_a_new_tool_is_compatible_and_a_lost_one_is_breaking(contract: Contract)
         ("input", lambda schema: schema["properties"]["direction"].update(enum=[1]), "direction changed"),
         ("output", lambda schema: schema["properties"].pop("state"), "lost state"),
         ("output", lambda schema: schema["required"].remove("state"), "may lack state"),
-        ("output", lambda schema: schema["$defs"]["FoldedState"]["properties"].pop("layers"), "FoldedState changed"),
+        (
+            "output",
+            lambda schema: schema["$defs"]["FoldedState"]["properties"].pop("layers"),
+            "FoldedState changed",
+        ),
     ],
 )
-def test_what_would_fail_a_host_is_breaking(contract: Contract, part: str, change: Callable[[Schema], object], named: str) -> None:
+def test_what_would_fail_a_host_is_breaking(
+    contract: Contract, part: str, change: Callable[[Schema], object], named: str
+) -> None:
     change(contract["fold"][part])
     assert any(named in line for line in breaking(committed(), contract))

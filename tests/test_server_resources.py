@@ -4,6 +4,7 @@ import base64
 import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 from folding_prompts import prompt, tool_description
 from folding_schemas.actions import Program
@@ -38,7 +39,10 @@ async def test_a_run_can_be_read_as_resources(tmp_path: Path) -> None:
         folded = await host.call("fold", edge=[1, 3], direction=1)
         run = f"folding://runs/{opened['run_id']}"
         assert RunInfo.model_validate_json(await text(host, run)).pending
-        assert FoldedState.model_validate_json(await text(host, f"{run}/state")).model_dump(mode="json") == folded["state"]
+        assert (
+            FoldedState.model_validate_json(await text(host, f"{run}/state")).model_dump(mode="json")
+            == folded["state"]
+        )
         assert len(Program.model_validate_json(await text(host, f"{run}/program")).steps) == 1
         assert (await text(host, f"{run}/diagram.svg")).startswith("<svg")
         assert (await data(host, f"{run}/diagram.png")).startswith(b"\x89PNG")
@@ -56,7 +60,8 @@ async def test_every_resource_says_what_it_is(tmp_path: Path) -> None:
     async with in_memory(tmp_path) as host:
         fixed = (await host.client.list_resources()).resources
         templates = (await host.client.list_resource_templates()).resource_templates
-    assert all(each.description and each.mime_type for each in [*fixed, *templates])
+    assert all(each.description and each.mime_type for each in fixed)
+    assert all(each.description and each.mime_type for each in templates)
 
 
 async def test_the_prompt_for_desktop_hosts_names_the_tools_it_tells_to_use(tmp_path: Path) -> None:
@@ -74,8 +79,6 @@ async def test_the_prompt_for_desktop_hosts_names_the_tools_it_tells_to_use(tmp_
 
 
 async def test_answers_are_valid_against_the_published_schemas(tmp_path: Path) -> None:
-    import jsonschema
-
     async with in_memory(tmp_path, PHOTOS) as host:
         schemas = {tool.name: tool.output_schema for tool in (await host.client.list_tools()).tools}
         answers = {

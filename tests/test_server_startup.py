@@ -24,9 +24,11 @@ async def main(data, calls):
                 assert not result.is_error, result.content
 
 calls = [
-    ("open_run", {}), ("add_vertex", {"edge": [1, 2], "position": 0.5}), ("fold", {"edge": [5, 4], "direction": 1}),
-    ("rotate", {"angle": 45}), ("flip", {"axis": "x"}), ("unfold", {}), ("undo", {}), ("get_current_state", {}),
-    ("save_checkpoint", {"frame": 2}), ("restore_checkpoint", {"frame": 1}), ("get_run", {}),
+    ("open_run", {}), ("add_vertex", {"edge": [1, 2], "position": 0.5}),
+    ("fold", {"edge": [5, 4], "direction": 1}), ("rotate", {"angle": 45}), ("flip", {"axis": "x"}),
+    ("unfold", {}),
+    ("undo", {}), ("get_current_state", {}), ("save_checkpoint", {"frame": 2}),
+    ("restore_checkpoint", {"frame": 1}), ("get_run", {}),
 ]
 asyncio.run(main(sys.argv[1], calls if sys.argv[2] == "fold" else []))
 print(*sorted({name.partition(".")[0] for name in sys.modules}))

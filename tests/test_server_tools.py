@@ -2,11 +2,12 @@
 
 import base64
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hosts import Host, images_of, in_memory, text_of
 from paths import SHARED
-from pictures import write_sequence_folder
+from pictures import noise, write_image, write_manifest, write_sequence_folder
 
 pytestmark = pytest.mark.anyio
 
@@ -99,7 +100,7 @@ class TestActions:
         assert set(folded["moved_faces"]) < {int(face) for face in folded["state"]["faces"]}
 
     async def test_every_primitive_can_be_called_and_undone(self, tmp_path: Path) -> None:
-        calls = [
+        calls: list[tuple[str, dict[str, Any]]] = [
             ("add_vertex", {"edge": [1, 2], "position": 0.5}),
             ("fold", {"edge": [5, 4], "direction": 1}),
             ("rotate", {"angle": 45}),
@@ -120,7 +121,9 @@ class TestActions:
             folded = await host.call("fold", edge=["1", "3"], direction="-1")
         assert folded["moved_faces"] != []
 
-    async def test_the_text_of_an_answer_holds_its_data_for_hosts_that_read_text_alone(self, tmp_path: Path) -> None:
+    async def test_the_text_of_an_answer_holds_its_data_for_hosts_that_read_text_alone(
+        self, tmp_path: Path
+    ) -> None:
         async with in_memory(tmp_path) as host:
             await host.call("open_run")
             result = await host.answer("fold", edge=[1, 3], direction=1)
@@ -176,15 +179,20 @@ class TestCheckpoints:
         assert kept["notes"] == "unsure of the corner"
         assert len(kept["state"]["faces"]) == 2
 
-    async def test_the_overview_has_a_column_for_each_frame_and_tells_its_progress(self, tmp_path: Path) -> None:
+    async def test_the_overview_has_a_column_for_each_frame_and_tells_its_progress(
+        self, tmp_path: Path
+    ) -> None:
         told: list[tuple[float, float | None]] = []
 
-        async def progress(done: float, total: float | None, _message: str | None) -> None:
-            told.append((done, total))
+        async def progress(progress: float, total: float | None, message: str | None) -> None:
+            assert message
+            told.append((progress, total))
 
         async with in_memory(tmp_path, PHOTOS) as host:
             await a_saved_fold(host)
-            result = await host.client.call_tool("generate_checkpoint_overview", {}, progress_callback=progress)
+            result = await host.client.call_tool(
+                "generate_checkpoint_overview", {}, progress_callback=progress
+            )
         assert result.structured_content is not None
         assert [each["saved"] for each in result.structured_content["frames"]] == [True, False, False, False]
         assert len(images_of(result)) == 1
@@ -202,7 +210,13 @@ class TestCheckpoints:
             committed = await host.call("commit_attempt", frame=2, attempt=3)
         assert "commit_attempt" in refused
         assert result.structured_content is not None
-        assert [each["label"] for each in result.structured_content["attempts"]] == ["B1", "B2", "B3", "B4", "B5"]
+        assert [each["label"] for each in result.structured_content["attempts"]] == [
+            "B1",
+            "B2",
+            "B3",
+            "B4",
+            "B5",
+        ]
         assert len(images_of(result)) == 5
         assert committed["locked_to"] == 2
         assert committed["next_frame"] == 3
@@ -278,8 +292,6 @@ class TestExports:
 
 
 async def test_no_answer_carries_more_than_800_kb_of_images(tmp_path: Path) -> None:
-    from pictures import noise, write_image, write_manifest
-
     folder = tmp_path / "photos" / "noise"
     write_manifest(folder, name="noise", keyframes=[1, 2])
     for index in (1, 2):
@@ -288,16 +300,14 @@ async def test_no_answer_carries_more_than_800_kb_of_images(tmp_path: Path) -> N
         await host.call("open_run", sequence="noise")
         await host.call("save_checkpoint", frame=1)
         await host.call("fold", edge=[1, 3], direction=1)
-        shown = {
-            tool: await host.answer(tool, **arguments)
-            for tool, arguments in {
-                "view_frame": {"frame": 2},
-                "observe_movement": {"frame": 2},
-                "critic_grid": {"frame": 2},
-                "generate_checkpoint_overview": {},
-                "render_current": {"labels": True},
-                "list_attempts": {"frame": 2},
-            }.items()
+        calls: dict[str, dict[str, Any]] = {
+            "view_frame": {"frame": 2},
+            "observe_movement": {"frame": 2},
+            "critic_grid": {"frame": 2},
+            "generate_checkpoint_overview": {},
+            "render_current": {"labels": True},
+            "list_attempts": {"frame": 2},
         }
+        shown = {tool: await host.answer(tool, **arguments) for tool, arguments in calls.items()}
     sizes = {tool: sum(len(image.data) for image in images_of(result)) for tool, result in shown.items()}
     assert all(0 < size <= BASE64_LIMIT for size in sizes.values()), sizes

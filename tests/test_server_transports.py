@@ -44,7 +44,10 @@ async def test_two_hosts_on_one_http_server_have_a_run_each(tmp_path: Path) -> N
                 await host.call("save_checkpoint", frame=1, run_id=run)
             await hosts[0].call("fold", edge=[1, 3], direction=1, run_id=runs[0])
             await hosts[1].call("flip", axis="x", run_id=runs[1])
-            pending = [(await host.call("get_run", run_id=run))["pending"] for host, run in zip(hosts, runs, strict=True)]
+            pending = [
+                (await host.call("get_run", run_id=run))["pending"]
+                for host, run in zip(hosts, runs, strict=True)
+            ]
             refusal = await hosts[0].refusal("get_run")
             await hosts[1].answer("critic_grid", frame=2, run_id=runs[1])
     assert [actions[0]["action"] for actions in pending] == ["fold", "flip"]
@@ -99,5 +102,3 @@ def kill_children_named(module: str) -> None:
             os.kill(int(process.name), signal.SIGKILL)
             killed += 1
     assert killed == 1, f"{killed} servers were running"
-
-

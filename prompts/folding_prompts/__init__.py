@@ -1,7 +1,8 @@
 """What is said to models, as prose: one Markdown file per tool description and per prompt, and this loader.
 
-``tools/<tool>.md`` describes a tool. Every other file is a prompt, named by its path without the suffix, such as
-``server/reconstruct``. A prompt's placeholders are written ``$name`` or ``${name}``; a dollar sign is ``$$``.
+``tools/<tool>.md`` describes a tool. Every other file is a prompt, named by its path without the suffix, such
+as ``server/reconstruct``. A prompt's placeholders are written ``$name`` or ``${name}``; a dollar sign is
+``$$``.
 """
 
 from importlib.resources import files
@@ -18,8 +19,8 @@ def tool_description(name: str) -> str:
 def prompt(name: str, **values: object) -> str:
     """The prompt of a name with every placeholder filled in.
 
-    KeyError if there is no such prompt, if a placeholder has no value or a value no placeholder: a prompt and its
-    caller agree, or the mistake shows at once.
+    KeyError if there is no such prompt, if a placeholder has no value or a value no placeholder: a prompt and
+    its caller agree, or the mistake shows at once.
     """
     template = Template(_text(name))
     wanted = set(template.get_identifiers())

@@ -114,7 +114,8 @@ class CheckpointSaved(Wire):
 class CheckpointRestored(Wire):
     """Answer of ``restore_checkpoint``.
 
-    ``next_attempt`` is the number that the next action's attempt will have; None in a free fold and at the last frame.
+    ``next_attempt`` is the number that the next action's attempt will have; None in a free fold and at the last
+    frame.
     """
 
     frame: int

@@ -1,4 +1,4 @@
-"""The MCP server: tools, resources and prompts around one desk, and the boundary where errors become answers."""
+"""The MCP server: tools, resources and prompts around one desk; here errors become answers."""
 
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -8,7 +8,12 @@ from typing import Any
 from folding_prompts import prompt
 from mcp.server.lowlevel.helper_types import ReadResourceContents
 from mcp.server.mcpserver import Context, MCPServer
-from mcp.server.mcpserver.exceptions import ResourceError, ResourceNotFoundError, ToolError, UnexpectedToolError
+from mcp.server.mcpserver.exceptions import (
+    ResourceError,
+    ResourceNotFoundError,
+    ToolError,
+    UnexpectedToolError,
+)
 from mcp.server.mcpserver.tools import Tool
 from mcp.shared.exceptions import MCPError
 from mcp.types import INVALID_PARAMS, CallToolResult, GetPromptResult, InputRequiredResult
@@ -59,7 +64,10 @@ class FoldingServer(MCPServer[Desk]):
     async def read_resource(
         self, uri: AnyUrl | str, context: Context[Desk, Any] | None = None
     ) -> Iterable[ReadResourceContents] | InputRequiredResult:
-        """Read a resource. ResourceNotFoundError with the reason where a run, sequence or frame is not there."""
+        """Read a resource.
+
+        ResourceNotFoundError with the reason where a run, sequence or frame is not there.
+        """
         try:
             return await super().read_resource(uri, context)
         except ResourceError as error:
@@ -73,13 +81,20 @@ class FoldingServer(MCPServer[Desk]):
     async def get_prompt(
         self, name: str, arguments: dict[str, Any] | None = None, context: Context[Desk, Any] | None = None
     ) -> GetPromptResult | InputRequiredResult:
-        """Get a prompt. MCPError (invalid params) for an unknown prompt or an argument that it does not take."""
+        """Get a prompt.
+
+        MCPError (invalid params) for an unknown prompt or an argument that it does not take.
+        """
         known = {each.name: each for each in await self.list_prompts()}
         if name not in known:
-            raise MCPError(INVALID_PARAMS, f"There is no prompt {name!r}; the prompts are {', '.join(known)}.")
+            raise MCPError(
+                INVALID_PARAMS, f"There is no prompt {name!r}; the prompts are {', '.join(known)}."
+            )
         taken = [argument.name for argument in known[name].arguments or ()]
         if stray := [given for given in arguments or () if given not in taken]:
-            raise MCPError(INVALID_PARAMS, f"{name} takes no argument {stray[0]!r}; it takes {', '.join(taken)}.")
+            raise MCPError(
+                INVALID_PARAMS, f"{name} takes no argument {stray[0]!r}; it takes {', '.join(taken)}."
+            )
         return await super().get_prompt(name, arguments, context)
 
 

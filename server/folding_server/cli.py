@@ -16,9 +16,13 @@ from folding_server.errors import FoldingError
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
+    from folding_schemas.results import ExportFormat
+
     from folding_server.simulator import Paper
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
+]
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="A folding program (JSON).")]
 Out = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The sequence folder to write.")]
 
@@ -27,11 +31,12 @@ def _file(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
     """An option that names a file to write."""
     return typer.Option(metavar="FILE", help=f"Write {what}.")
 
+
 app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    help="Fold paper, see photos of it and compare the two: an MCP server. Without a command it serves over stdio.",
+    help="An MCP server that folds paper and compares it with photos. Without a command it serves over stdio.",
 )
 
 
@@ -61,18 +66,23 @@ def serve(
         Optional[str], typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
     ] = None,
     sequences: Annotated[
-        Optional[list[Path]], typer.Option(metavar="DIR", help="A folder of photo sequences; may be repeated.")
+        Optional[list[Path]],
+        typer.Option(metavar="DIR", help="A folder of photo sequences; may be repeated."),
     ] = None,
     data: Annotated[
         Optional[Path], typer.Option(metavar="DIR", help="Where runs are kept; made when missing.")
     ] = None,
     database: Annotated[
         Optional[str],
-        typer.Option(metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."),
+        typer.Option(
+            metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."
+        ),
     ] = None,
     known_as: Annotated[
         Optional[list[str]],
-        typer.Option(metavar="NAME", help="A host name under which HTTP clients reach the server; may be repeated."),
+        typer.Option(
+            metavar="NAME", help="A host name under which HTTP clients reach the server; may be repeated."
+        ),
     ] = None,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
@@ -101,7 +111,9 @@ def simulate(
     program: ProgramFile,
     state: Annotated[Optional[Path], _file("the final state as JSON")] = None,
     fold: Annotated[Optional[Path], _file("the final state as FOLD")] = None,
-    cp: Annotated[Optional[Path], _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")] = None,
+    cp: Annotated[
+        Optional[Path], _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")
+    ] = None,
     svg: Annotated[Optional[Path], _file("the diagram as SVG")] = None,
     png: Annotated[Optional[Path], _file("the diagram as PNG")] = None,
     every_step: Annotated[
@@ -115,9 +127,13 @@ def simulate(
 
     folding = _program(program)
     paper = run(folding, every_step, say=None if as_json else typer.echo)
-    drawing = "crease-pattern-svg" if cp and cp.suffix.lower() == ".svg" else "crease-pattern"
-    wanted = {"state": state, "fold": fold, drawing: cp, "svg": svg, "png": png}
-    written = {kind: _write(file, _content(paper, kind, folding)) for kind, file in wanted.items() if file}
+    drawing: ExportFormat = "crease-pattern-svg" if cp and cp.suffix.lower() == ".svg" else "crease-pattern"
+    wanted: dict[ExportFormat, Path | None] = {"fold": fold, drawing: cp, "svg": svg, "png": png}
+    written: dict[str, str] = {
+        kind: _write(file, _exported(paper, kind, folding)) for kind, file in wanted.items() if file
+    }
+    if state:
+        written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
         written["every-step"] = str(every_step)
     if as_json:
@@ -154,7 +170,9 @@ def photograph(
     program: ProgramFile,
     out: Out,
     seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same photos.")] = 0,
-    level: Annotated[int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")] = 1,
+    level: Annotated[
+        int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")
+    ] = 1,
     as_json: Json = False,
 ) -> None:
     """Render photo-like keyframes of a folding program, with ground truth."""
@@ -216,14 +234,11 @@ def _program(path: Path) -> "Program":
     return load_published(_text(path)).program
 
 
-def _content(paper: "Paper", kind: str, program: "Program") -> str | bytes:
-    """The final state in one of the formats of ``simulate``."""
+def _exported(paper: "Paper", kind: "ExportFormat", program: "Program") -> str | bytes:
+    """The final state in one of the export formats."""
     from folding_server.diagram.colors import colors_of
     from folding_server.interchange.export import export
-    from folding_server.simulator import folded_state
 
-    if kind == "state":
-        return folded_state(paper).model_dump_json(indent=1) + "\n"
     return export(paper, kind, colors_of(program.front_color, program.back_color), program).content
 
 
@@ -232,7 +247,9 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise FoldingError(f"{path} cannot be read ({error.strerror}); give the path of a text file.") from error
+        raise FoldingError(
+            f"{path} cannot be read ({error.strerror}); give the path of a text file."
+        ) from error
     except UnicodeDecodeError as error:
         raise FoldingError(f"{path} is not a text file; give a JSON file.") from error
 

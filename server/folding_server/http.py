@@ -41,9 +41,10 @@ def parse_address(text: str) -> Address:
 
 
 def serve(desk: Desk, address: Address, known_as: Sequence[str] = ()) -> None:
-    """Serve over HTTP until interrupted. Requests are accepted only under local names, the host's and ``known_as``.
+    """Serve over HTTP until interrupted.
 
-    Raises AddressError if the address cannot be listened on.
+    Requests are accepted only under local names, the host's and ``known_as``. Raises AddressError if the
+    address cannot be listened on.
     """
     with _listening(address) as listener:
         port = listener.getsockname()[1]
@@ -57,7 +58,7 @@ def serve(desk: Desk, address: Address, known_as: Sequence[str] = ()) -> None:
 def http_app(server: FoldingServer, host: str, known_as: Sequence[str] = ()) -> ASGIApp:
     """The ASGI application: the protocol at ``/mcp``, and ``/health`` for whoever watches the process."""
 
-    @server.custom_route("/health", methods=["GET"])
+    @server.custom_route("/health", methods=["GET"])  # type: ignore[untyped-decorator]
     async def health(_request: Request) -> JSONResponse:
         return JSONResponse({"status": "ok"})
 
@@ -67,7 +68,7 @@ def http_app(server: FoldingServer, host: str, known_as: Sequence[str] = ()) -> 
 
 
 def allowed_names(host: str, known_as: Sequence[str] = ()) -> TransportSecuritySettings:
-    """Which Host and Origin headers are accepted: a web page must not reach the server under a name of its own."""
+    """Which Host and Origin headers are accepted: no web page may reach it under a name of its own."""
     names = dict.fromkeys([*LOCAL_NAMES, f"[{host}]" if ":" in host else host, *known_as])
     hosts = [form for name in names for form in (name, f"{name}:*")]
     return TransportSecuritySettings(

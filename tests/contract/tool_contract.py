@@ -87,7 +87,8 @@ def _without_prose(schema: Any) -> Any:
     if not isinstance(schema, dict):
         return schema
     return {
-        key: {name: _without_prose(part) for name, part in value.items()} if key in ("properties", "$defs")
+        key: {name: _without_prose(part) for name, part in value.items()}
+        if key in ("properties", "$defs")
         else _without_prose(value)
         for key, value in schema.items()
         if key not in ("title", "description")

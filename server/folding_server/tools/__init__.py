@@ -1,1 +1,1 @@
-"""The tools of the server, one module per family, each thin: check the arguments, call the room, wrap the answer."""
+"""The tools of the server, one thin module per family: check arguments, call the room, wrap the answer."""

@@ -1,4 +1,4 @@
-"""The five folding primitives and ``undo``: refuse early, apply in the simulator, append to the store, then answer."""
+"""The five folding primitives and ``undo``: refuse early, apply to the paper, append to the store, answer."""
 
 from typing import Annotated
 

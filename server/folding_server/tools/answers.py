@@ -1,4 +1,4 @@
-"""Wrapping an answer for the wire: a short text, the structured model (also as JSON text) and any pictures."""
+"""Wrapping an answer for the wire: a short text, the structured model (also as JSON text), any pictures."""
 
 import base64
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ class Shown(Protocol):
 
 
 def answer(text: str, model: Wire, *pictures: Shown) -> CallToolResult:
-    """One tool answer: ``text``, then the model as JSON for hosts that read text alone, then the pictures in order."""
+    """One answer: ``text``, then the model as JSON for hosts that read text alone, then the pictures."""
     images = [_image(picture) for picture in pictures]
     _check_size(images)
     content: list[ContentBlock] = [TextContent(text=text), TextContent(text=model.model_dump_json()), *images]

@@ -18,12 +18,14 @@ def _whole(value: object) -> object:
 
 RunId = Annotated[
     str | None,
-    Field(description="the id of a run, as open_run answered it; left out, the run opened last in this process"),
+    Field(
+        description="the id of a run, as open_run answered it; left out, the run opened last in this process"
+    ),
 ]
 VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids of the current state, [u, v]")]
 Crease = Annotated[
     tuple[int, int] | None,
-    Field(description="two vertex ids on the crease to open, [u, v]; left out, the newest fold that is still folded"),
+    Field(description="two vertex ids on the crease to open, [u, v]; left out, the newest fold still folded"),
 ]
 Fraction = Annotated[
     float,
@@ -32,7 +34,7 @@ Fraction = Annotated[
 Side = Annotated[
     Direction,
     BeforeValidator(_whole),
-    Field(description="1 (the side above the line moves, or right of an upright one) or -1 (the other side moves)"),
+    Field(description="1 (the side above the line moves, or right of an upright one) or -1 (the other side)"),
 ]
 Degrees = Annotated[
     float,

@@ -14,10 +14,14 @@ from folding_server.tools.desk import Call, desk_of
 from folding_server.tools.pictures import SMALL_SIZE, diagram
 from folding_server.tools.standing import next_step
 
-Number = Annotated[int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1")]
+Number = Annotated[
+    int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1")
+]
 
 
-def list_attempts(call: Call, frame: LaterFrame, run_id: RunId = None) -> Annotated[CallToolResult, AttemptList]:
+def list_attempts(
+    call: Call, frame: LaterFrame, run_id: RunId = None
+) -> Annotated[CallToolResult, AttemptList]:
     """Show the attempts made at a frame, with a diagram of each."""
     desk = desk_of(call)
     run = desk.run(run_id)

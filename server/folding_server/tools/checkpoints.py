@@ -1,4 +1,4 @@
-"""Checkpoints: saving and restoring frames, reading what is saved, and the overview of photos and diagrams."""
+"""Checkpoints: saving and restoring frames, reading what is saved, the overview of photos and diagrams."""
 
 from typing import Annotated
 
@@ -54,7 +54,9 @@ def restore_checkpoint(
         restore_count=run.restores[frame],
         state=folded_state(desk.paper(run)),
     )
-    return answer(f"Back at frame {frame}, restore {run.restores[frame]} of this checkpoint. {next_step(run)}", restored)
+    return answer(
+        f"Back at frame {frame}, restore {run.restores[frame]} of this checkpoint. {next_step(run)}", restored
+    )
 
 
 def get_checkpoint_state(

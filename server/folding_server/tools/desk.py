@@ -1,4 +1,7 @@
-"""The desk: what the tools share. It finds the run that a call means, and the paper and the photos that go with it."""
+"""The desk: what the tools share.
+
+It finds the run that a call means, and the paper and the photos that go with it.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -25,9 +28,9 @@ if TYPE_CHECKING:
 class Settings:
     """What a server is started with.
 
-    ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences are served
-    from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process: then every call has to
-    name its run.
+    ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
+    are served from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process:
+    then every call has to name its run.
     """
 
     data: Path
@@ -37,9 +40,10 @@ class Settings:
 
 
 class Desk:
-    """The shared state of one server process. Runs live in the store; here are only caches, locks and the newest run.
+    """The shared state of one server process.
 
-    The store and the library are opened when first asked for, so that a server starts without their libraries.
+    Runs live in the store; here are only caches, locks and the newest run. The store and the library are
+    opened when first asked for, so that a server starts without what they load.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -93,7 +97,10 @@ class Desk:
         )
 
     def resume(self, run_id: str, sequence: str | None = None) -> "RunView":
-        """Take up a run again. RunError if there is none, or it is of another sequence, or its photos have changed."""
+        """Take up a run again.
+
+        RunError if there is none, or it is of another sequence, or its photos have changed.
+        """
         from folding_server.store.rules import check_same_sequence  # noqa: PLC0415  (loads SQLAlchemy)
 
         run = self.store.load(run_id)
@@ -105,7 +112,10 @@ class Desk:
         return self._open(run)
 
     def run(self, run_id: str | None) -> "RunView":
-        """The run that a call means, as it stands. RunError if it is unknown, or none is named and none is meant."""
+        """The run that a call means, as it stands.
+
+        RunError if it is unknown, or none is named and none is meant.
+        """
         return self.store.load(run_id if run_id is not None else self._meant())
 
     @contextmanager
@@ -125,7 +135,7 @@ class Desk:
         """The photos of a run. RunError for a free fold."""
         if run.sequence is None:
             raise RunError(
-                f"Run {run.run_id} is a free fold without photos; call open_run with a sequence to work with photos."
+                f"Run {run.run_id} is a free fold without photos; call open_run with a sequence to have some."
             )
         return self.library.open(run.sequence)
 
@@ -151,7 +161,9 @@ class Desk:
         if self.settings.shared:
             raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")
         if self._newest is None:
-            raise RunError("No run has been opened since the server started; call open_run, or pass a run_id.")
+            raise RunError(
+                "No run has been opened since the server started; call open_run, or pass a run_id."
+            )
         return self._newest
 
 

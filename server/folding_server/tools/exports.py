@@ -19,7 +19,11 @@ Format = Annotated[
 ]
 
 
-def export_state(call: Call, format: Format, run_id: RunId = None) -> Annotated[CallToolResult, Export]:  # noqa: A002
+def export_state(
+    call: Call,
+    format: Format,  # noqa: A002 - the argument's name on the wire
+    run_id: RunId = None,
+) -> Annotated[CallToolResult, Export]:
     """Give the current state as a file."""
     from folding_server.diagram.colors import colors_of  # noqa: PLC0415
     from folding_server.interchange.export import export  # noqa: PLC0415  (loads shapely)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Eyesight:
-    """Eyes by sequence, for the few sequences used last: finding the sheet and learning its colours takes seconds."""
+    """Eyes by sequence, for the few used last: finding the sheet and learning its colours takes a while."""
 
     def __init__(self, size: int = 4) -> None:
         self._size = size

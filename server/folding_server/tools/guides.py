@@ -16,7 +16,11 @@ def register(server: "MCPServer[Desk]") -> None:
 
     @server.prompt(title="Reconstruct a folding sequence")
     def reconstruct(
-        sequence: Annotated[str, Field(description="the name of a photo sequence; empty to choose from the list")] = "",
+        sequence: Annotated[
+            str, Field(description="the name of a photo sequence; empty to choose from the list")
+        ] = "",
     ) -> str:
         """Work out how the paper in a photo sequence was folded, frame by frame."""
-        return prompt("server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)")
+        return prompt(
+            "server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)"
+        )

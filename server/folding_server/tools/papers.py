@@ -1,4 +1,4 @@
-"""Papers by the actions that lead to them, so that an action costs one step of the simulator and not a replay."""
+"""Papers by the actions that lead to them, so that an action costs one step of folding and not a replay."""
 
 from collections import OrderedDict
 from threading import Lock

@@ -38,7 +38,10 @@ def diagram(run: "RunView", paper: Paper, *, labels: bool = False, size: int = D
 
 
 def photo_beside_others(photos: "Sequence", frame: int) -> "Picture":
-    """A keyframe's photo, small enough to travel with three more pictures. PhotoError if there is no such frame."""
+    """A keyframe's photo, small enough to travel with three more pictures.
+
+    PhotoError if there is no such frame.
+    """
     from folding_server.frames.pictures import MODEL_SIDE, encode_for_model  # noqa: PLC0415
 
     pixels = photos.source.read(photos.index(frame), MODEL_SIDE)

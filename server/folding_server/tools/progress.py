@@ -6,7 +6,10 @@ from folding_server.tools.desk import Call
 
 
 class Progress:
-    """Counts the steps of one call. Tools run in worker threads, so each step is sent through the event loop."""
+    """Counts the steps of one call.
+
+    Tools run in worker threads, so each step is sent through the event loop.
+    """
 
     def __init__(self, call: Call, total: int) -> None:
         self._call = call
@@ -14,6 +17,9 @@ class Progress:
         self._done = 0
 
     def step(self, message: str) -> None:
-        """Say what is being done now; the steps before it are done. Hosts that did not ask for progress get none."""
+        """Say what is being done now; the steps before it are done.
+
+        Hosts that did not ask for progress get none.
+        """
         anyio.from_thread.run(self._call.report_progress, self._done, self._total, message)
         self._done += 1

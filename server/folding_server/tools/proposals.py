@@ -46,4 +46,6 @@ def _in_words(found: Proposals) -> str:
     ]
     if not lines:
         return f"No explanation of frame {found.frame} was found from the current state."
-    return "\n".join([*lines, "The first stands clear of the rest." if found.confident else "No clear favourite."])
+    return "\n".join(
+        [*lines, "The first stands clear of the rest." if found.confident else "No clear favourite."]
+    )

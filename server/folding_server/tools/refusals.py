@@ -1,4 +1,4 @@
-"""What the protocol layer refuses, in one plain sentence: unknown tools, unknown arguments, values of the wrong kind."""
+"""What the protocol layer refuses, in one plain sentence: unknown tools or arguments, wrong values."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -28,7 +28,7 @@ def unknown_arguments(tool: str, schema: Schema, arguments: Mapping[str, object]
 
 
 def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], error: ValidationError) -> str:
-    """The answer to a call whose values do not fit the schema: the first thing that is wrong, and what is allowed."""
+    """The answer to a call whose values do not fit: the first that is wrong, and what is allowed."""
     first = error.errors(include_url=False, include_context=False)[0]
     name = str(first["loc"][0]) if first["loc"] else ""
     allowed = schema.get("properties", {}).get(name, {}).get("description", first["msg"])
@@ -40,7 +40,8 @@ def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], er
 def bad_address(uri: str, error: ValidationError) -> str:
     """The answer to a resource address with a part of the wrong kind."""
     first = error.errors(include_url=False, include_context=False)[0]
-    return f"There is no resource {uri}: {'.'.join(map(str, first['loc']))} {_shown(first['input'])} is not a whole number."
+    part = ".".join(map(str, first["loc"]))
+    return f"There is no resource {uri}: {part} {_shown(first['input'])} is not a whole number."
 
 
 def _shown(value: object) -> str:

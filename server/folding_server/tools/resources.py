@@ -1,4 +1,4 @@
-"""Resources: sequences, photos and runs at addresses of their own, for hosts that attach them to a conversation."""
+"""Resources: sequences, photos and runs at addresses of their own, for hosts that attach them to a chat."""
 
 from typing import TYPE_CHECKING
 

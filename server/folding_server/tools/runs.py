@@ -19,7 +19,9 @@ def list_sequences(call: Call) -> Annotated[CallToolResult, SequenceList]:
     """List the sequences that can be opened."""
     found = sequence_list(desk_of(call))
     names = ", ".join(f"{each.name} ({each.frames} frames)" for each in found.sequences)
-    text = f"Sequences: {names}." if names else "There are no sequences here; open_run without one folds freely."
+    text = (
+        f"Sequences: {names}." if names else "There are no sequences here; open_run without one folds freely."
+    )
     return answer(" ".join((text, *found.problems)), found)
 
 

@@ -32,7 +32,9 @@ def checkpoint_at(run: RunView, frame: int) -> Checkpoint:
     """The checkpoint of a frame. RunError, naming the saved frames, if there is none."""
     if frame not in run.checkpoints:
         saved = listed(run.checkpoints) or "none"
-        raise RunError(f"Frame {frame} has no checkpoint; saved frames: {saved}. Use save_checkpoint to make one.")
+        raise RunError(
+            f"Frame {frame} has no checkpoint; saved frames: {saved}. Use save_checkpoint to make one."
+        )
     return run.checkpoints[frame]
 
 
@@ -40,8 +42,12 @@ def check_between(run: RunView, frame: int) -> None:
     """Raise RunError unless the current state grew from the checkpoint of the frame before."""
     if run.base != frame - 1:
         where = f"grew from checkpoint {run.base}" if run.base else "comes before frame 1 is saved"
-        way = f"restore_checkpoint({frame - 1})" if frame - 1 in run.checkpoints else f"frame {frame - 1} saved"
-        raise RunError(f"The current state {where}, so it does not lead to frame {frame}; that needs {way} first.")
+        way = (
+            f"restore_checkpoint({frame - 1})" if frame - 1 in run.checkpoints else f"frame {frame - 1} saved"
+        )
+        raise RunError(
+            f"The current state {where}, so it does not lead to frame {frame}; that needs {way} first."
+        )
 
 
 def next_step(run: RunView) -> str:

@@ -40,7 +40,7 @@ def critic_grid(call: Call, frame: LaterFrame, run_id: RunId = None) -> Annotate
 
 
 def _check_grown_from(run: RunView, frame: int) -> None:
-    """Raise RunError unless the current state is a candidate for the frame: one step from the frame before, or saved."""
+    """Raise RunError unless the current state grew from the frame before, or is the frame itself."""
     if run.base not in (frame - 1, frame):
         raise RunError(
             f"The current state grew from checkpoint {run.base}, so it is no candidate for frame {frame}; "

@@ -1,4 +1,4 @@
-"""Viewing: the photos, the movement between two of them, and the current state as numbers and as a diagram."""
+"""Viewing: the photos, the movement between two of them, the current state as numbers and as a diagram."""
 
 from typing import Annotated
 
@@ -50,4 +50,6 @@ def render_current(
     run = desk.run(run_id)
     drawn = diagram(run, desk.paper(run), labels=labels)
     view = RenderView(run_id=run.run_id, width=drawn.width, height=drawn.height, labels=labels)
-    return answer("The current state from above, " + ("with" if labels else "without") + " labels.", view, drawn)
+    return answer(
+        "The current state from above, " + ("with" if labels else "without") + " labels.", view, drawn
+    )
