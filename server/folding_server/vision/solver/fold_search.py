@@ -5,7 +5,7 @@ best are refined below the pixel together with the sheet's drift, then snapped t
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import dist
 
 import numpy as np
@@ -14,6 +14,7 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through
 from folding_server.vision.labels import Labels
 from folding_server.vision.solver.alignment import Vector, climb, nudged, polished
+from folding_server.vision.solver.constructions import constructions
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.lines import (
     Evidence,
@@ -35,7 +36,10 @@ _PARALLEL = 0.9992
 
 @dataclass(frozen=True)
 class Effort:
-    """How hard to look. Angles in degrees, lengths in sheet units."""
+    """How hard to look. Angles in degrees, lengths in sheet units.
+
+    A simpler line is taken if it explains at most ``snap`` less, and ``snap_noise`` of what no line explains.
+    """
 
     degrees: float = 6.0
     spacing: float = 0.04
@@ -43,17 +47,18 @@ class Effort:
     refined: int = 10
     polished: int = 4
     share: float = 0.8
-    snap_exact: float = 0.004
-    snap_bound: float = 0.0025
+    snap: float = 0.001
+    snap_noise: float = 0.08
 
 
 @dataclass(frozen=True)
 class FoldFound:
-    """A fold that explains a scene under a motion with some agreement."""
+    """A fold that explains a scene under a motion with some agreement; ``exact`` if its line was constructed."""
 
     moving: MovingSet
     motion: Isometry
     agreement: float
+    exact: bool = False
 
 
 @dataclass(frozen=True)
@@ -165,11 +170,12 @@ class FoldSearch:
         exact = [self._settled(found, Family(line)) for line in self._landmarks_near(found)]
         bound = [self._settled(found, family) for family in (*self._through_vertices(found), *self._parallels(found))]
         allowed = max(f.agreement for f in (found, *exact, *bound))
+        slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found
-        for group, slack in ((exact, self.effort.snap_exact), (bound, self.effort.snap_bound)):
-            good = [f for f in group if f.agreement >= allowed - slack]
+        for group, share in ((exact, 1.0), (bound, 0.7)):
+            good = [f for f in group if f.agreement >= allowed - share * slack]
             if good:
-                best = max(good, key=lambda f: f.agreement)
+                best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
 
@@ -177,7 +183,8 @@ class FoldSearch:
         """The same line with other sets of layers."""
         for moving in self.leaves.moving_sets(found.moving.line):
             if moving.faces != found.moving.faces:
-                yield FoldFound(moving, found.motion, self.fine.agreement(self.leaves.folded(moving), found.motion))
+                got = self.fine.agreement(self.leaves.folded(moving), found.motion)
+                yield FoldFound(moving, found.motion, got, found.exact)
 
     def _settled(self, found: FoldFound, family: "Family") -> FoldFound:
         """The best line of a family near the found one, with the drift climbed anew."""
@@ -231,12 +238,28 @@ class FoldSearch:
         return sorted(near, key=lambda p: abs(line.distance(p)))[:4]
 
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
-        """Landmark lines that pass near both ends of the crease, the nearest first, at most six."""
+        """Landmark and constructed lines that pass near both ends of the crease, the best-looking first, at most six."""
         line, handles = found.moving.line, self._handles(found.moving)
-        gaps = np.abs(self.landmarks[:, :2] @ np.array(handles).T - self.landmarks[:, 2:3]).max(axis=1)
-        same_side = self.landmarks[:, :2] @ np.array([line.nx, line.ny]) > 0
+        built = constructions(self.paper, line, _middle(*handles))
+        lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
+        gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
+        same_side = lines[:, :2] @ np.array([line.nx, line.ny]) > 0
         near = np.nonzero((gaps < 0.03) & same_side)[0]
-        return [as_line(self.landmarks[i]) for i in near[np.argsort(gaps[near], kind="stable")][:6]]
+        nearest = [as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")][:24]]
+        return sorted(_distinct(nearest), key=lambda other: -self._at_once(found, other))[:6]
+
+    def _at_once(self, found: FoldFound, line: Line) -> float:
+        """The agreement of a line near the found one as it stands."""
+        moving = self.leaves.moving_from(line, found.moving.seed)
+        return self.fine.agreement(self.leaves.folded(moving), found.motion) if moving else 0.0
+
+
+def _distinct(lines: Sequence[Line]) -> list[Line]:
+    """Lines without those that are the same to a ten-thousandth."""
+    kept: dict[tuple[float, ...], Line] = {}
+    for line in lines:
+        kept.setdefault(tuple(round(x, 4) for x in line), line)
+    return list(kept.values())
 
 
 def _different(found: Sequence[FoldFound]) -> list[FoldFound]:

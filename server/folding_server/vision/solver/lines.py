@@ -11,6 +11,7 @@ from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
 from folding_server.vision.solver.scene import Mask, Scene
 
+Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.float64]
 """(n, 3): unit normal towards the moving side, and offset."""
 
@@ -37,11 +38,11 @@ def landmark_lines(paper: Paper) -> Lines:
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     through = np.column_stack([across, (across * p).sum(axis=1)])
     onto = np.column_stack([along, (along * (p + q) / 2).sum(axis=1)])
-    edges = distinct_lines(_edge_lines(paper))
+    edges = distinct_lines(edge_lines(paper))
     return distinct_lines(np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points)]))
 
 
-def _edge_lines(paper: Paper) -> Lines:
+def edge_lines(paper: Paper) -> Lines:
     """The line of each edge as it lies now."""
     positions = paper.positions
     rows = []
@@ -57,7 +58,7 @@ def _edge_lines(paper: Paper) -> Lines:
 def edge_directions(paper: Paper) -> list[Point]:
     """The unit normals of lines parallel or square to an edge as it lies now, near-equal ones once."""
     kept: list[Point] = []
-    for nx, ny, _ in _edge_lines(paper).tolist():
+    for nx, ny, _ in edge_lines(paper).tolist():
         for x, y in ((nx, ny), (-ny, nx)):
             if all(abs(x * kx + y * ky) < 1 - SAME**2 / 2 for kx, ky in kept):
                 kept.append((x, y))

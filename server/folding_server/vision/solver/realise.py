@@ -21,13 +21,14 @@ AT_VERTEX = 0.004
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
 
-def realise(paper: Paper, moving: MovingSet) -> list[tuple[tuple[Action, ...], Paper]]:
+def realise(paper: Paper, moving: MovingSet, *, exact: bool) -> list[tuple[tuple[Action, ...], Paper]]:
     """Actions that fold the layers of ``moving`` along its line, each with the paper they make.
 
     One way if it turns just those layers; otherwise every way found that turns others, for the photo to decide.
+    ``exact`` keeps the line to six digits, as one that was constructed deserves.
     """
     others: list[tuple[tuple[Action, ...], Paper]] = []
-    for actions in _ways(paper, moving):
+    for actions in _ways(paper, moving, exact=exact):
         try:
             folded = _applied(paper, actions)
         except ActionRefused:
@@ -61,9 +62,9 @@ class Meeting:
     along: float
 
 
-def _ways(paper: Paper, moving: MovingSet) -> Iterator[tuple[Action, ...]]:
+def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[tuple[Action, ...]]:
     """Folds through two points of the line, those with the fewest new vertices first, then the farthest apart."""
-    met = [m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line)]
+    met = [m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)]
     pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
     pairs.sort(key=lambda ab: ((ab[0].added is not None) + (ab[1].added is not None), -abs(ab[0].along - ab[1].along)))
     for first, second in pairs[:MOST_TRIES]:
@@ -91,7 +92,7 @@ def _starting_faces(paper: Paper, moving: MovingSet) -> list[int]:
     return [moving.seed, *(f for f in reversed(paper.order) if f in moving.faces and f != moving.seed)]
 
 
-def _meetings(paper: Paper, face: int, line: Line) -> Iterator[Meeting]:
+def _meetings(paper: Paper, face: int, line: Line, *, exact: bool) -> Iterator[Meeting]:
     """Where a line meets a face's boundary: vertices on it or nearly so, else points to add."""
     cycle = paper.faces[face]
     near = {v for v in cycle if abs(line.distance(paper.positions[v])) <= AT_VERTEX}
@@ -102,7 +103,7 @@ def _meetings(paper: Paper, face: int, line: Line) -> Iterator[Meeting]:
         before, after = line.distance(p), line.distance(q)
         if before * after < 0 and not _ends_near(near, (u, v), p, q, before / (before - after)):
             x, y = between(p, q, before / (before - after))
-            fraction = nice_fraction(before / (before - after), dist(p, q))
+            fraction = nice_fraction(before / (before - after), dist(p, q), exact=exact)
             yield Meeting(None, AddVertex(edge=(u, v), position=fraction), line.ny * x - line.nx * y)
 
 
@@ -113,13 +114,13 @@ def _ends_near(near: set[int], edge: Edge, p: Point, q: Point, fraction: float) 
     return any(v in near and gap < 5 * AT_VERTEX for v, gap in zip(edge, gaps, strict=True))
 
 
-def nice_fraction(fraction: float, length: float) -> float:
-    """A simple fraction if one is within reach on an edge of that length, else three decimals."""
+def nice_fraction(fraction: float, length: float, *, exact: bool) -> float:
+    """A fraction of an edge of that length in few digits: six if the line was constructed, else a simple one or three."""
     nearest = min(NICE_FRACTIONS, key=lambda nice: abs(nice - fraction))
-    if abs(nearest - fraction) * length <= NICE_REACH:
+    if abs(nearest - fraction) * length <= (1e-6 if exact else NICE_REACH):
         return nearest
     margin = min(0.4, 2 * TOLERANCE / max(length, TOLERANCE))
-    return min(max(round(fraction, 3), margin), 1 - margin)
+    return min(max(round(fraction, 6 if exact else 3), margin), 1 - margin)
 
 
 def _direction(paper: Paper, added: list[AddVertex], ends: Edge, line: Line) -> Direction:

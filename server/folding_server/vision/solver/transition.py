@@ -127,5 +127,5 @@ def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> lis
     kind: ActionClass = "compound" if before else "fold"
     return [
         Plan((*before, *actions), kind, folded, found.motion, found.agreement, words)
-        for actions, folded in realise(paper, found.moving)
+        for actions, folded in realise(paper, found.moving, exact=found.exact)
     ]
