@@ -2,6 +2,7 @@
 
 import io
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -97,6 +98,14 @@ def test_a_sequence_the_server_cannot_use_is_refused_in_its_words(tmp_path: Path
     assert failed.returncode == 2
     assert "keyframes.json" in failed.stderr
     assert len(failed.stderr.strip().splitlines()) == 1
+
+
+def test_a_sequence_goes_by_the_name_in_its_manifest(tmp_path: Path) -> None:
+    shutil.copytree(sequence(2), tmp_path / "renamed")
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    done = command("run", tmp_path / "renamed", "--model", model, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    assert f"Program of {sequence(2).name}" in done.stdout
 
 
 def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A run from start to end: its folder, the server, the agent, the results."""
 
 import asyncio
+import json
 import platform
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -30,6 +31,16 @@ class Job:
     folder: RunFolder
     settings: Settings
     resumes: bool = False
+
+    @property
+    def name(self) -> str:
+        """What the server calls the sequence: the name in its manifest, else that of its folder."""
+        try:
+            manifest = json.loads((self.sequence / "keyframes.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return self.sequence.name
+        name = manifest.get("name") if isinstance(manifest, dict) else None
+        return name if isinstance(name, str) and name else self.sequence.name
 
 
 @dataclass(frozen=True)
@@ -130,7 +141,7 @@ async def _worked(job: Job, cast: Cast, server: FoldingServer, recorder: Recorde
 
 async def _opened(job: Job, server: FoldingServer, recorder: Recorder) -> RunInfo:
     try:
-        info = await server.open_run(job.sequence.name, recorder.about.get("run_id"))
+        info = await server.open_run(job.name, recorder.about.get("run_id"))
     except ToolRefused as refusal:
         raise UsageError(str(refusal)) from refusal
     if job.resumes and info.pending:
@@ -187,7 +198,7 @@ def _about(job: Job) -> dict[str, Any]:
         return job.folder.description() | {"settings": job.settings.described()}
     roles = {role: job.settings.role(role) for role in ROLES}
     return {"format": FORMAT, "created": datetime.now(UTC).isoformat(),
-            "sequence": {"name": job.sequence.name, "folder": str(job.sequence)}, "models": roles,
+            "sequence": {"name": job.name, "folder": str(job.sequence)}, "models": roles,
             "settings": job.settings.described(), "versions": versions()}
 
 
