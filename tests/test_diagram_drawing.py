@@ -12,7 +12,7 @@ from folding_server.diagram.labels import place_labels
 from folding_server.diagram.view import MARGIN, steady_view
 from folding_server.diagram.visibility import visible_faces
 from folding_server.errors import ProgramError
-from folding_server.simulator import fold, new_paper, rotate, unfold
+from folding_server.simulator import add_vertex, fold, new_paper, rotate, unfold
 from papers import CAT, FIGURES, RABBIT, figure, states
 from PIL import Image
 
@@ -47,8 +47,19 @@ def test_marks_are_dashed_and_folds_are_solid() -> None:
 
 
 def test_a_mark_along_a_solid_line_is_not_drawn() -> None:
-    rabbit = states(figure(RABBIT))[-1]
-    assert not strokes(draw_svg(rabbit), "mark")
+    paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.5), (3, 2), 0.5)
+    paper = unfold(fold(paper, (5, 6), 1))
+    assert strokes(draw_svg(paper), "mark").count("M") == 1
+    paper = add_vertex(add_vertex(paper, (5, 1), 0.5), (6, 2), 0.5)
+    flap_down_to_the_mark = fold(paper, (7, 8), 1)
+    assert not strokes(draw_svg(flap_down_to_the_mark), "mark")
+
+
+def test_flaps_that_meet_hide_what_lies_under_their_edges() -> None:
+    """From behind, the rabbit's face shows a crease mark down the middle and no fold of the layers below."""
+    rabbit = draw_svg(states(figure(RABBIT))[-1])
+    assert strokes(rabbit, "mark").count("M") == 1
+    assert "M384.00 152.83L384.00 384.00" not in strokes(rabbit, "line")
 
 
 def test_one_sheet_unit_is_the_same_number_of_pixels_in_every_state() -> None:

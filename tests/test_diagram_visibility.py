@@ -9,7 +9,7 @@ from folding_server.diagram.visibility import SLIVER, visible_faces, visible_spa
 from folding_server.simulator import Paper, add_vertex, fold, new_paper, unfold
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from papers import random_paper
+from papers import FIGURES, figure, random_paper, states
 
 
 def half_folded() -> Paper:
@@ -52,6 +52,15 @@ def test_layers_that_agree_but_for_the_tolerance_show_no_slivers() -> None:
     paper = add_vertex(add_vertex(new_paper(), (4, 1), 0.5 + 2e-5), (3, 2), 0.5 + 2e-5)
     paper = fold(paper, (5, 6), 1)
     assert len(visible_faces(paper)) == 1
+
+
+def test_no_hairline_stays_open_between_two_covering_faces() -> None:
+    paper = states(figure(FIGURES[0]))[10]
+    seen = visible_faces(paper)
+    assert (5, 8) in visible_spans(paper, seen)
+    (start, end), *more = visible_spans(paper, seen)[(5, 8)]
+    assert not more
+    assert abs(end - start) * 0.353553 == pytest.approx(0.250392 - 0.146447, abs=1e-3)
 
 
 def test_a_narrow_face_that_nothing_covers_is_shown() -> None:

@@ -10,6 +10,7 @@ from folding_server.interchange.fold_format import crease_pattern_document, fold
 from folding_server.interchange.fold_reading import FaceOrders, fold_flat, read_crease_pattern, read_fold
 from folding_server.interchange.programs import load_recorded, resolved
 from folding_server.simulator import (
+    TOLERANCE,
     Paper,
     add_vertex,
     apply,
@@ -150,11 +151,11 @@ def test_standard_properties_alone_tell_the_folded_state(seed: int, folds: int, 
     again = read_fold(document)
     if frames == "crease pattern" and paper.back_up(next(iter(paper.faces))):
         again = flip(again, "x")
-    assert stacking(again) == stacking(paper)
+    assert not stacking(again) & {(high, low) for low, high in stacking(paper)}
     assert letters(again) == letters(paper)
     if frames != "crease pattern":
         for ours, theirs in zip(sorted(paper.positions), sorted(again.positions), strict=True):
-            assert again.positions[theirs] == pytest.approx(paper.positions[ours], abs=1e-6)
+            assert again.positions[theirs] == pytest.approx(paper.positions[ours], abs=4 * TOLERANCE)
 
 
 def test_an_imported_fold_can_be_unfolded() -> None:

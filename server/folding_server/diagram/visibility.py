@@ -157,14 +157,41 @@ def _hidden(regions: Geometries) -> Flags:
 def _parts(region: Any) -> tuple[tuple[Ring, ...], ...]:
     pieces = shapely.get_parts(region)
     kept = pieces[(shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON) & ~_hidden(pieces)]
-    return tuple(_rings(piece) for piece in kept)
+    return tuple(rings for rings in map(_rings, kept) if rings)
 
 
 def _rings(polygon: Any) -> tuple[Ring, ...]:
-    return tuple(
-        [(x, y) for x, y in shapely.get_coordinates(ring)[:-1].tolist()]
-        for ring in shapely.get_rings(polygon)
-    )
+    rings = [
+        _without_spikes(shapely.get_coordinates(ring)[:-1].tolist()) for ring in shapely.get_rings(polygon)
+    ]
+    return tuple(ring for ring in rings if ring)
+
+
+def _without_spikes(ring: list[list[float]]) -> Ring:
+    """The ring without points where it doubles back on itself, which show no area; empty if nothing is left.
+
+    Such hairlines stay open between two covering faces that touch.
+    """
+    points = [(x, y) for x, y in ring]
+    i, steady = 0, 0
+    while len(points) > 2 and steady < len(points):
+        i %= len(points)
+        if _is_spike(points[i - 1], points[i], points[(i + 1) % len(points)]):
+            del points[i]
+            i, steady = i - 1, 0
+        else:
+            i, steady = i + 1, steady + 1
+    return points if len(points) > 2 else []
+
+
+def _is_spike(before: Point, tip: Point, after: Point) -> bool:
+    """Whether the way to a point and on from it runs back within the width of a sliver, or stays in place."""
+    ax, ay = tip[0] - before[0], tip[1] - before[1]
+    bx, by = after[0] - tip[0], after[1] - tip[1]
+    longer = max(hypot(ax, ay), hypot(bx, by))
+    if min(hypot(ax, ay), hypot(bx, by)) <= EXACT:
+        return True
+    return ax * bx + ay * by < 0 and abs(ax * by - ay * bx) <= SLIVER * longer
 
 
 def _stretches(p: Point, q: Point, parts: Iterable[tuple[Ring, ...]]) -> list[Span]:

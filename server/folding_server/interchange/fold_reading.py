@@ -79,10 +79,10 @@ def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
 
 
 def fold_flat(pattern: CreasePattern) -> Paper:
-    """A folded paper from a bare crease pattern: every crease but the marks folded, in a layer order found by search.
+    """A folded paper from a bare crease pattern: all but the marks folded, in a layer order found by search.
 
-    Unassigned creases take the letters that the order gives them. ProgramError, with the reason, if the pattern does
-    not fold flat or its layers have no order from bottom to top.
+    Unassigned creases take the letters that the order gives them. ProgramError, with the reason, if the
+    pattern does not fold flat or its layers have no order from bottom to top.
     """
     report = check_pattern(pattern, cap=1)
     if not report.foldable or report.stack is None:
