@@ -1,9 +1,9 @@
 """Laying the faces of a crease pattern flat: where each goes when every crease is folded, and whether that closes up."""
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,23 +95,27 @@ def lay_flat(pattern: CreasePattern) -> FlatFaces:
 
 
 def _motions(points: Floats, faces: int, creases: Sequence[Crease]) -> tuple[dict[int, Floats], int | None]:
-    """The motion (2, 3) of every face that is reached, and a vertex at which the two ways round give a face different sides."""
-    beside: Mapping[int, list[tuple[int, Crease]]] = {face: [] for face in range(faces)}
-    for crease in creases:
-        beside[crease.left].append((crease.right, crease))
-        beside[crease.right].append((crease.left, crease))
+    """The motion (2, 3) of every face that is reached, and a vertex at which the two ways round give a face different
+    sides. Long creases are crossed first: a short one says little about the direction it lies in.
+    """
+    beside: Mapping[int, list[tuple[float, int, int]]] = {face: [] for face in range(faces)}
+    for k, crease in enumerate(creases):
+        p, q = points[list(crease.edge)]
+        length = float(np.hypot(*(q - p)))
+        beside[crease.left].append((-length, k, crease.right))
+        beside[crease.right].append((-length, k, crease.left))
     motions: dict[int, Floats] = {0: np.eye(2, 3)}
-    parity, odd, waiting = {0: False}, None, deque([0])
+    parity, waiting = {0: False}, [(rank, k, 0, other) for rank, k, other in beside[0]]
+    heapify(waiting)
     while waiting:
-        face = waiting.popleft()
-        for other, crease in beside[face]:
-            if other not in motions:
-                motions[other] = _over(motions[face], points, crease)
-                parity[other] = parity[face] != crease.folded
-                waiting.append(other)
-            elif parity[other] != (parity[face] != crease.folded):
-                odd = crease.edge[0]
-    return motions, odd
+        _, k, face, other = heappop(waiting)
+        if other not in motions:
+            motions[other] = _over(motions[face], points, creases[k])
+            parity[other] = parity[face] != creases[k].folded
+            for rank, further, beyond in beside[other]:
+                heappush(waiting, (rank, further, other, beyond))
+    odd = (c.edge[0] for c in creases if c.left in parity and (parity[c.left] != parity[c.right]) != c.folded)
+    return motions, next(odd, None)
 
 
 def _over(motion: Floats, points: Floats, crease: Crease) -> Floats:
