@@ -1,8 +1,10 @@
-"""Write the solved transitions that ``--few-shot`` shows: photos, states, actions and crease patterns of a program.
+"""Write the solved transitions that ``--few-shot`` shows: photos, states, actions and crease patterns of a
+program.
 
     python benchmarks/few_shot_examples.py
 
-They are made from ``few_shot/program.json`` in the prompts package and written beside it. Prints what it wrote as JSON.
+They are made from ``few_shot/program.json`` in the prompts package and written beside it. Prints what it
+wrote as JSON.
 """
 
 import json
@@ -33,15 +35,23 @@ def main() -> None:
         examples = [_example(program, Path(folder) / "photos", step) for step in TRANSITIONS]
     text = json.dumps(examples, indent=1) + "\n"
     (FOLDER / "examples.json").write_text(text)
-    print(json.dumps({"examples": len(examples), "bytes": sum(file.stat().st_size for file in FOLDER.iterdir())}))
+    print(
+        json.dumps(
+            {"examples": len(examples), "bytes": sum(file.stat().st_size for file in FOLDER.iterdir())}
+        )
+    )
 
 
 def _example(program: Program, photos: Path, step: int) -> dict[str, Any]:
     before, after = _paper(program, step - 1), _paper(program, step)
-    return {"before": _photo(photos, step), "after": _photo(photos, step + 1),
-            "state": folded_state(before).model_dump(mode="json"),
-            "actions": [action.model_dump(mode="json", exclude_none=True) for action in program.steps[step - 1]],
-            "pattern_before": _pattern(before), "pattern_after": _pattern(after)}
+    return {
+        "before": _photo(photos, step),
+        "after": _photo(photos, step + 1),
+        "state": folded_state(before).model_dump(mode="json"),
+        "actions": [action.model_dump(mode="json", exclude_none=True) for action in program.steps[step - 1]],
+        "pattern_before": _pattern(before),
+        "pattern_after": _pattern(after),
+    }
 
 
 def _paper(program: Program, steps: int) -> Paper:

@@ -1,4 +1,6 @@
-"""Running the client in tests: sequences of small pictures, one folding server for all, runs from start to end."""
+"""Running the client in tests: sequences of small pictures, one folding server for all, runs from start to
+end.
+"""
 
 import asyncio
 import atexit
@@ -19,18 +21,37 @@ from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
 from folding_client.record.events import read_events
 from folding_client.settings import Settings
+from paths import SHARED
 from PIL import Image, ImageDraw
 from providers.base import Says
 
-from paths import SHARED
-
 PLANTED_KEY = "planted-key-0123456789"
 HASTY = RetryPolicy(tries=3, first_wait=0.01, longest_wait=5)
-MATCH = Says(json.dumps({"verdict": "MATCH", "analysis": "Both show the same.", "anchor_check": "no anchor provided",
-                         "discrepancies": []}))
-MISMATCH = Says(json.dumps({"verdict": "MISMATCH", "analysis": "The flap is too long.", "anchor_check": "broken",
-                            "discrepancies": ["flap 0.1 too long"]}))
-ANCHOR = {"moving_element": "the flap", "static_reference": "the right edge", "relationship": "its tip touches the edge"}
+MATCH = Says(
+    json.dumps(
+        {
+            "verdict": "MATCH",
+            "analysis": "Both show the same.",
+            "anchor_check": "no anchor provided",
+            "discrepancies": [],
+        }
+    )
+)
+MISMATCH = Says(
+    json.dumps(
+        {
+            "verdict": "MISMATCH",
+            "analysis": "The flap is too long.",
+            "anchor_check": "broken",
+            "discrepancies": ["flap 0.1 too long"],
+        }
+    )
+)
+ANCHOR = {
+    "moving_element": "the flap",
+    "static_reference": "the right edge",
+    "relationship": "its tip touches the edge",
+}
 
 
 def figure(name: str) -> list[list[dict[str, Any]]]:
@@ -54,8 +75,13 @@ def sequence(frames: int) -> Path:
         picture = Image.new("RGB", (64, 48), (20, 20, 20))
         ImageDraw.Draw(picture).rectangle((16, 8, 40 + index, 40), fill=(200, 30, 30))
         picture.save(folder / "frames" / f"{index:06d}.jpg")
-    manifest = {"name": folder.name, "frames": "frames", "front_color": "red", "back_color": "white",
-                "keyframes": list(range(frames))}
+    manifest = {
+        "name": folder.name,
+        "frames": "frames",
+        "front_color": "red",
+        "back_color": "white",
+        "keyframes": list(range(frames)),
+    }
     (folder / "keyframes.json").write_text(json.dumps(manifest))
     return folder
 
@@ -69,8 +95,20 @@ def server_url() -> str:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     log = (_home() / "server.log").open("w")
-    server = subprocess.Popen([sys.executable, "-m", "folding_server", "--http", f"127.0.0.1:{port}", "--sequences",
-                               str(_home() / "sequences"), "--data", str(_home() / "store")], stderr=log)
+    server = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "folding_server",
+            "--http",
+            f"127.0.0.1:{port}",
+            "--sequences",
+            str(_home() / "sequences"),
+            "--data",
+            str(_home() / "store"),
+        ],
+        stderr=log,
+    )
     atexit.register(lambda: (server.terminate(), server.wait(), log.close()))
     while server.poll() is None:
         with socket.socket() as probe:
@@ -109,7 +147,10 @@ def program(out: Path) -> list[list[dict[str, Any]]]:
 
 def calls(*actions: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     """Actions of a program as tool calls."""
-    return [(action["action"], {key: value for key, value in action.items() if key != "action"}) for action in actions]
+    return [
+        (action["action"], {key: value for key, value in action.items() if key != "action"})
+        for action in actions
+    ]
 
 
 def act(*actions: dict[str, Any]) -> Says:
@@ -134,7 +175,9 @@ def restore(frame: int) -> Says:
 
 
 def solved(steps: Sequence[Sequence[dict[str, Any]]], first: int = 2) -> Iterable[Says]:
-    """Replies that carry out the steps to frames ``first``, ``first + 1``, ..., each approved by the critic."""
+    """Replies that carry out the steps to frames ``first``, ``first + 1``, ..., each approved by the
+    critic.
+    """
     for frame, step in enumerate(steps, start=first):
         kind = step[-1]["action"]
         yield from (act(*step), ask(frame, kind), MATCH, save(frame))

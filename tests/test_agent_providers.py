@@ -1,14 +1,25 @@
-"""Conversations with tools and pictures keep what each provider needs: images in results, thinking, signatures."""
+"""Conversations with tools and pictures keep what each provider needs: images in results, thinking,
+signatures.
+"""
 
 import asyncio
 import io
-import os
 from collections.abc import Sequence
 
 import pytest
 from client_runs import HASTY, PLANTED_KEY
 from folding_client.interrupts import ProviderDown, ReplyUnreadable
-from folding_client.messages import Message, Picture, Reply, ToolResult, ToolSpec, answered, system, tool_answer, user
+from folding_client.messages import (
+    Message,
+    Picture,
+    Reply,
+    ToolResult,
+    ToolSpec,
+    answered,
+    system,
+    tool_answer,
+    user,
+)
 from folding_client.models.litellm_model import LitellmModel
 from folding_client.settings import Settings
 from PIL import Image
@@ -17,12 +28,21 @@ from providers.base import Fails, Hangs, Provider, Resets, Says, Truncates, Turn
 from providers.gemini import Gemini
 from providers.openai import OpenAI
 
-VIEW = ToolSpec("view_frame", "Show a photo.", {"type": "object", "properties": {"frame": {"type": "integer"}},
-                                                "required": ["frame"]})
-LOOK_TWICE = Says("I look.", [("view_frame", {"frame": 1}), ("view_frame", {"frame": 2})], thinking="What changed?")
+VIEW = ToolSpec(
+    "view_frame",
+    "Show a photo.",
+    {"type": "object", "properties": {"frame": {"type": "integer"}}, "required": ["frame"]},
+)
+LOOK_TWICE = Says(
+    "I look.", [("view_frame", {"frame": 1}), ("view_frame", {"frame": 2})], thinking="What changed?"
+)
 LOOK_AGAIN = Says("Once more.", [("view_frame", {"frame": 2})], thinking="The corner.", cached=300)
-PROVIDERS = [(OpenAI, "openai/gpt-4o"), (Anthropic, "anthropic/claude-sonnet-4-5"), (Gemini, "gemini/gemini-3-pro-preview"),
-             (Gemini, "gemini/gemini-2.5-pro")]
+PROVIDERS = [
+    (OpenAI, "openai/gpt-4o"),
+    (Anthropic, "anthropic/claude-sonnet-4-5"),
+    (Gemini, "gemini/gemini-3-pro-preview"),
+    (Gemini, "gemini/gemini-2.5-pro"),
+]
 IDS = ["OpenAI", "Anthropic", "Gemini 3", "Gemini 2.5"]
 
 
@@ -42,7 +62,9 @@ def photo(frame: int) -> Picture:
 
 async def converse(provider: Provider, model: str, replies: int) -> tuple[list[Reply], list[Message]]:
     """A conversation in which every call is answered with a picture."""
-    partner = LitellmModel(f"litellm/{model}", Settings(api_base=provider.url, retries=HASTY, timeout=1), lambda *_: None)
+    partner = LitellmModel(
+        f"litellm/{model}", Settings(api_base=provider.url, retries=HASTY, timeout=1), lambda *_: None
+    )
     messages = [system("You fold."), user("Look at frames 1 and 2.")]
     said = []
     for _ in range(replies):
@@ -90,8 +112,11 @@ def test_cached_tokens_lower_the_price(kind: type[Provider], model: str) -> None
 
 
 @pytest.mark.parametrize(("kind", "model"), PROVIDERS[:3], ids=IDS[:3])
-@pytest.mark.parametrize("trouble", [Fails(429, headers={"retry-after": "0.1"}), Fails(500), Resets(), Truncates(), Hangs(1.5)],
-                         ids=["rate limit", "error", "reset", "truncated", "silence"])
+@pytest.mark.parametrize(
+    "trouble",
+    [Fails(429, headers={"retry-after": "0.1"}), Fails(500), Resets(), Truncates(), Hangs(1.5)],
+    ids=["rate limit", "error", "reset", "truncated", "silence"],
+)
 def test_every_provider_s_trouble_is_tried_again(kind: type[Provider], model: str, trouble: Turn) -> None:
     with kind(trouble, Says("fine")) as provider:
         said, _ = asyncio.run(converse(provider, model, 1))

@@ -27,8 +27,16 @@ MODEL = "litellm/openai/gpt-4o"
 CAT = figure("d_cat")
 DIAGONAL = {"action": "fold", "edge": [4, 2], "direction": -1}
 OTHER_WAY = {"action": "fold", "edge": [4, 2], "direction": 1}
-OVERVIEW = Says(json.dumps({"last_correct_frame": 4, "first_suspicious_frame": 5, "per_frame_notes": ["fine"],
-                            "recommendation": "Restore frame 4 and look at the ear again."}))
+OVERVIEW = Says(
+    json.dumps(
+        {
+            "last_correct_frame": 4,
+            "first_suspicious_frame": 5,
+            "per_frame_notes": ["fine"],
+            "recommendation": "Restore frame 4 and look at the ear again.",
+        }
+    )
+)
 
 
 def test_the_cat_is_reconstructed_with_a_match_at_every_step(tmp_path: Path) -> None:
@@ -37,7 +45,8 @@ def test_the_cat_is_reconstructed_with_a_match_at_every_step(tmp_path: Path) -> 
     assert outcome.status == "complete"
     assert len(program(tmp_path / "run")) == 8
     assert [[action["action"] for action in step] for step in program(tmp_path / "run")] == [
-        [action["action"] for action in step] for step in CAT]
+        [action["action"] for action in step] for step in CAT
+    ]
     assert [event["verdict"] for event in events(tmp_path / "run", "verdict")] == ["MATCH"] * 8
     totals = outcome.run["totals"]
     assert (totals["agent"]["queries"], totals["critic"]["queries"]) == (25, 8)
@@ -53,7 +62,11 @@ def test_the_critic_sees_four_pictures_in_order_and_both_states(tmp_path: Path) 
     assert seen[0]["text"].count('"faces_orientations"') == 2
     (request,) = events(tmp_path / "run", "request")[3:4]
     assert [image["subject"] for image in request["new"][1]["images"]] == [
-        "photo of frame 1", "photo of frame 2", "diagram of frame 1", "diagram of the candidate for frame 2"]
+        "photo of frame 1",
+        "photo of frame 2",
+        "diagram of frame 1",
+        "diagram of the candidate for frame 2",
+    ]
 
 
 def test_two_wrong_folds_are_taken_back_before_the_right_one(tmp_path: Path) -> None:
@@ -62,17 +75,35 @@ def test_two_wrong_folds_are_taken_back_before_the_right_one(tmp_path: Path) -> 
         outcome = run(3, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert outcome.status == "complete"
     assert program(tmp_path / "run")[1] == [DIAGONAL]
-    assert [event["verdict"] for event in events(tmp_path / "run", "verdict")] == ["MATCH", "MISMATCH", "MISMATCH", "MATCH"]
+    assert [event["verdict"] for event in events(tmp_path / "run", "verdict")] == [
+        "MATCH",
+        "MISMATCH",
+        "MISMATCH",
+        "MATCH",
+    ]
     told = [message["content"] for message in provider.received[-1]["messages"] if message["role"] == "tool"]
     assert "flap 0.1 too long" in str(told)
 
 
 def test_a_mistake_noticed_later_is_traced_back_and_redone(tmp_path: Path) -> None:
-    wrong_ear = [[{"action": "add_vertex", "edge": [1, 2], "position": 0.3}, {"action": "fold", "edge": [5, 6], "direction": -1}]]
+    wrong_ear = [
+        [
+            {"action": "add_vertex", "edge": [1, 2], "position": 0.3},
+            {"action": "fold", "edge": [5, 6], "direction": -1},
+        ]
+    ]
     second = [[{"action": "rotate", "angle": 5.0}]]
     look_back = Says(calls=[("generate_checkpoint_overview", {})])
-    with OpenAI(save(1), *solved(CAT[:3]), *solved(wrong_ear, first=5), *solved(second, first=6),
-                look_back, OVERVIEW, restore(4), *solved(CAT[3:], first=5)) as provider:
+    with OpenAI(
+        save(1),
+        *solved(CAT[:3]),
+        *solved(wrong_ear, first=5),
+        *solved(second, first=6),
+        look_back,
+        OVERVIEW,
+        restore(4),
+        *solved(CAT[3:], first=5),
+    ) as provider:
         outcome = run(9, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert outcome.status == "complete"
     assert program(tmp_path / "run")[3] == [{"action": "unfold"}]
@@ -90,17 +121,30 @@ def test_three_failures_send_the_model_to_the_overview(tmp_path: Path) -> None:
 
 
 def test_when_the_budget_is_spent_the_selector_chooses_and_earlier_frames_are_closed(tmp_path: Path) -> None:
-    attempts = [turn for angle in (10, 20, 30, 40, 50)
-                for turn in (act({"action": "rotate", "angle": angle}), ask(3, "rotate"), MISMATCH, restore(2))]
+    attempts = [
+        turn
+        for angle in (10, 20, 30, 40, 50)
+        for turn in (act({"action": "rotate", "angle": angle}), ask(3, "rotate"), MISMATCH, restore(2))
+    ]
     closed = Says(calls=[("restore_checkpoint", {"frame": 2})])
-    with OpenAI(save(1), *solved(CAT[:1]), *attempts, Says("B4"), closed, *solved([[{"action": "flip", "axis": "x"}]] * 6, first=4)
-                ) as provider:
+    with OpenAI(
+        save(1),
+        *solved(CAT[:1]),
+        *attempts,
+        Says("B4"),
+        closed,
+        *solved([[{"action": "flip", "axis": "x"}]] * 6, first=4),
+    ) as provider:
         outcome = run(9, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert outcome.status == "complete"
     assert program(tmp_path / "run")[1] == [{"action": "rotate", "angle": 40.0}]
     (selected,) = events(tmp_path / "run", "selected")
     assert (selected["frame"], selected["attempt"], selected["by"]) == (3, 4, "model")
-    refused = [event for event in events(tmp_path / "run", "result") if event["name"] == "restore_checkpoint" and event["is_error"]]
+    refused = [
+        event
+        for event in events(tmp_path / "run", "result")
+        if event["name"] == "restore_checkpoint" and event["is_error"]
+    ]
     assert "committed for good" in refused[0]["text"]
 
 
@@ -111,8 +155,13 @@ def test_each_role_may_be_another_model(tmp_path: Path) -> None:
 
 
 def test_a_step_starts_from_a_fresh_context_with_a_summary(tmp_path: Path) -> None:
-    with OpenAI(save(1), act(CAT[0][0]), Says(calls=[("save_checkpoint", {"frame": 2, "notes": "quarter turn"})]),
-                act(DIAGONAL), save(3)) as provider:
+    with OpenAI(
+        save(1),
+        act(CAT[0][0]),
+        Says(calls=[("save_checkpoint", {"frame": 2, "notes": "quarter turn"})]),
+        act(DIAGONAL),
+        save(3),
+    ) as provider:
         run(3, tmp_path / "run", model=MODEL, api_base=provider.url)
     fresh = provider.received[3]["messages"]
     assert [message["role"] for message in fresh] == ["system", "user"]
@@ -121,10 +170,15 @@ def test_a_step_starts_from_a_fresh_context_with_a_summary(tmp_path: Path) -> No
 
 
 def test_calls_in_one_reply_run_in_order_and_in_one_context(tmp_path: Path) -> None:
-    both = Says(calls=[*calls({"action": "add_vertex", "edge": [1, 2], "position": 0.5}),
-                       *calls({"action": "add_vertex", "edge": [4, 3], "position": 0.5}),
-                       *calls({"action": "fold", "edge": [5, 6], "direction": 1}), ("render_current", {}),
-                       ("view_frame", {"frame": 2})])
+    both = Says(
+        calls=[
+            *calls({"action": "add_vertex", "edge": [1, 2], "position": 0.5}),
+            *calls({"action": "add_vertex", "edge": [4, 3], "position": 0.5}),
+            *calls({"action": "fold", "edge": [5, 6], "direction": 1}),
+            ("render_current", {}),
+            ("view_frame", {"frame": 2}),
+        ]
+    )
     with OpenAI(save(1), both, save(2)) as provider:
         run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
     roles = [message["role"] for message in provider.received[2]["messages"]]
@@ -133,12 +187,18 @@ def test_calls_in_one_reply_run_in_order_and_in_one_context(tmp_path: Path) -> N
 
 
 def test_no_key_is_ever_written(tmp_path: Path) -> None:
-    leak = Says(f"My key is {PLANTED_KEY}", calls=[("save_checkpoint", {"frame": 1, "notes": f"key {PLANTED_KEY}"})])
+    leak = Says(
+        f"My key is {PLANTED_KEY}", calls=[("save_checkpoint", {"frame": 1, "notes": f"key {PLANTED_KEY}"})]
+    )
     with OpenAI(leak, act(CAT[0][0]), save(2)) as provider:
         outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
         assert provider.headers[0]["authorization"] == f"Bearer {PLANTED_KEY}"
     assert outcome.status == "complete"
-    written = [file for file in (tmp_path / "run").rglob("*") if file.is_file() and file.suffix in {".json", ".jsonl", ".log", ".fold"}]
+    written = [
+        file
+        for file in (tmp_path / "run").rglob("*")
+        if file.is_file() and file.suffix in {".json", ".jsonl", ".log", ".fold"}
+    ]
     assert len(written) >= 5
     assert [file for file in written if PLANTED_KEY in file.read_text()] == []
 

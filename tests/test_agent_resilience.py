@@ -21,8 +21,10 @@ LOOK = Says(calls=[("get_current_state", {})])
 
 
 @pytest.mark.parametrize(
-    "trouble", [Fails(429, headers={"retry-after": "0.3"}), Fails(500), Fails(503), Resets(), Truncates(), Hangs(2.0)],
-    ids=["rate limit", "error 500", "error 503", "reset", "truncated", "silence"])
+    "trouble",
+    [Fails(429, headers={"retry-after": "0.3"}), Fails(500), Fails(503), Resets(), Truncates(), Hangs(2.0)],
+    ids=["rate limit", "error 500", "error 503", "reset", "truncated", "silence"],
+)
 def test_passing_trouble_is_waited_out(tmp_path: Path, trouble: Turn) -> None:
     with OpenAI(save(1), trouble, act(TURN), trouble, save(2)) as provider:
         outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, timeout=0.5)
@@ -55,7 +57,9 @@ def test_a_provider_that_asks_for_an_hour_is_not_waited_for(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("status", "words"), [(401, "refuses the key"), (404, "does not know the model")])
-def test_a_refused_key_or_model_stops_at_once_with_one_sentence(tmp_path: Path, status: int, words: str) -> None:
+def test_a_refused_key_or_model_stops_at_once_with_one_sentence(
+    tmp_path: Path, status: int, words: str
+) -> None:
     with OpenAI(Fails(status)) as provider:
         stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert stopped.status == "stopped"
@@ -71,17 +75,29 @@ def test_a_model_that_litellm_cannot_place_stops_before_anything_is_sent(tmp_pat
     assert issubclass(ProviderRefused, Exception)
 
 
-@pytest.mark.parametrize(("bad", "words"), [
-    (Says(calls=[("rotate", '{"angle": 45')]), "not JSON"),
-    (Says(calls=[("rotate", "[45]")]), "send one JSON object"),
-    (Says(calls=[("rotate", {"angle": "a lot"})]), "angle"),
-    (Says(calls=[("rotate", {"degrees": 45})]), "its arguments are: angle"),
-    (Says(calls=[("rotate", {})]), "'angle' is a required property"),
-    (Says(calls=[("rotat", {"angle": 45})]), "Did you mean rotate?"),
-    (Says(calls=[("open_run", {})]), "no tool 'open_run'"),
-    (Says(calls=[("fold", {"edge": [1, 99], "direction": 1})]), "99"),
-], ids=["cut off JSON", "not an object", "wrong type", "unknown argument", "missing argument", "misspelt tool",
-        "tool of the controller", "unknown vertex"])
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (Says(calls=[("rotate", '{"angle": 45')]), "not JSON"),
+        (Says(calls=[("rotate", "[45]")]), "send one JSON object"),
+        (Says(calls=[("rotate", {"angle": "a lot"})]), "angle"),
+        (Says(calls=[("rotate", {"degrees": 45})]), "its arguments are: angle"),
+        (Says(calls=[("rotate", {})]), "'angle' is a required property"),
+        (Says(calls=[("rotat", {"angle": 45})]), "Did you mean rotate?"),
+        (Says(calls=[("open_run", {})]), "no tool 'open_run'"),
+        (Says(calls=[("fold", {"edge": [1, 99], "direction": 1})]), "99"),
+    ],
+    ids=[
+        "cut off JSON",
+        "not an object",
+        "wrong type",
+        "unknown argument",
+        "missing argument",
+        "misspelt tool",
+        "tool of the controller",
+        "unknown vertex",
+    ],
+)
 def test_a_bad_call_gets_a_usable_error_and_the_run_goes_on(tmp_path: Path, bad: Says, words: str) -> None:
     with OpenAI(save(1), bad, act(TURN), save(2)) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
@@ -92,7 +108,13 @@ def test_a_bad_call_gets_a_usable_error_and_the_run_goes_on(tmp_path: Path, bad:
 
 
 def test_after_a_failed_call_the_reply_s_other_changes_are_not_made(tmp_path: Path) -> None:
-    both = Says(calls=[("fold", {"edge": [1, 99], "direction": 1}), ("rotate", {"angle": 90}), ("get_current_state", {})])
+    both = Says(
+        calls=[
+            ("fold", {"edge": [1, 99], "direction": 1}),
+            ("rotate", {"angle": 90}),
+            ("get_current_state", {}),
+        ]
+    )
     with OpenAI(save(1), both, act(TURN), save(2)) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
     failed, skipped, looked = provider.received[2]["messages"][-3:]
@@ -102,9 +124,15 @@ def test_after_a_failed_call_the_reply_s_other_changes_are_not_made(tmp_path: Pa
     assert program(tmp_path / "run") == [[TURN]]
 
 
-@pytest.mark.parametrize("cut", [Says(finish="length"), Says("I think", finish="length"),
-                                 Says(calls=[("rotate", '{"ang')], finish="length")],
-                         ids=["nothing", "words", "half a call"])
+@pytest.mark.parametrize(
+    "cut",
+    [
+        Says(finish="length"),
+        Says("I think", finish="length"),
+        Says(calls=[("rotate", '{"ang')], finish="length"),
+    ],
+    ids=["nothing", "words", "half a call"],
+)
 def test_a_reply_that_is_cut_off_rolls_the_step_back(tmp_path: Path, cut: Says) -> None:
     with OpenAI(save(1), act({"action": "rotate", "angle": 10.0}), cut, act(TURN), save(2)) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
@@ -149,15 +177,28 @@ def test_the_limit_of_queries_is_checked_before_a_query(tmp_path: Path) -> None:
 
 
 def test_a_critic_without_a_verdict_is_not_a_match(tmp_path: Path) -> None:
-    with OpenAI(save(1), act(TURN), ask(2, "rotate"), Says("Looks fine to me!"), Says('{"verdict": "PERFECT"}'),
-                ask(2, "rotate"), Says("Yes."), MATCH, save(2)) as provider:
+    with OpenAI(
+        save(1),
+        act(TURN),
+        ask(2, "rotate"),
+        Says("Looks fine to me!"),
+        Says('{"verdict": "PERFECT"}'),
+        ask(2, "rotate"),
+        Says("Yes."),
+        MATCH,
+        save(2),
+    ) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
     assert [event["verdict"] for event in events(tmp_path / "run", "verdict")] == [None, "MATCH"]
     assert "NO VERDICT" in provider.received[5]["messages"][-1]["content"]
 
 
 def test_a_selector_without_a_label_is_asked_again(tmp_path: Path) -> None:
-    attempts = [turn for angle in (10, 20, 30, 40, 50) for turn in (act({"action": "rotate", "angle": angle}), restore(1))]
+    attempts = [
+        turn
+        for angle in (10, 20, 30, 40, 50)
+        for turn in (act({"action": "rotate", "angle": angle}), restore(1))
+    ]
     with OpenAI(save(1), *attempts, Says("The second one, B2, or B3."), Says("B2")) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
     assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 20.0}]]
@@ -180,7 +221,9 @@ def server_processes(store: Path) -> list[int]:
 
 @contextmanager
 def killing(store: Path, enough: Callable[[int], bool], start: threading.Event) -> Iterator[list[int]]:
-    """Kill the folding servers of a store, from when ``start`` is set until as many were killed as are enough."""
+    """Kill the folding servers of a store, from when ``start`` is set until as many were killed as are
+    enough.
+    """
     killed: list[int] = []
     over = threading.Event()
 
@@ -204,8 +247,10 @@ def killing(store: Path, enough: Callable[[int], bool], start: threading.Event) 
 def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_path: Path) -> None:
     start = threading.Event()
     deadly = Says(calls=[("rotate", {"angle": 45.0})], meanwhile=lambda: (start.set(), time.sleep(0.3)))
-    with killing((tmp_path / "run" / "store").resolve(), lambda count: count == 1, start) as killed, \
-            OpenAI(save(1), deadly, save(2)) as provider:
+    with (
+        killing((tmp_path / "run" / "store").resolve(), lambda count: count == 1, start) as killed,
+        OpenAI(save(1), deadly, save(2)) as provider,
+    ):
         outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, server_url=None)
     assert outcome.status == "complete"
     assert len(killed) == 1
@@ -216,8 +261,10 @@ def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_pat
 def test_a_server_killed_twice_in_a_row_is_a_clean_stop_and_the_run_resumes(tmp_path: Path) -> None:
     start = threading.Event()
     deadly = Says(calls=[("rotate", {"angle": 45.0})], meanwhile=lambda: (start.set(), time.sleep(0.3)))
-    with killing((tmp_path / "run" / "store").resolve(), lambda count: count == 2, start) as killed, \
-            OpenAI(save(1), deadly) as provider:
+    with (
+        killing((tmp_path / "run" / "store").resolve(), lambda count: count == 2, start) as killed,
+        OpenAI(save(1), deadly) as provider,
+    ):
         stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, server_url=None)
     assert stopped.status == "stopped"
     assert len(killed) == 2

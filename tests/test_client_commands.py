@@ -49,7 +49,9 @@ def command(*words: object) -> Done:
 
 def test_a_run_prints_its_program_and_where_it_is(tmp_path: Path) -> None:
     model = script(tmp_path, [save(1)], [TURN, save(2)])
-    done = command("run", sequence(2), "--model", model, "--out", tmp_path / "run", "--server-url", server_url())
+    done = command(
+        "run", sequence(2), "--model", model, "--out", tmp_path / "run", "--server-url", server_url()
+    )
     assert done.returncode == 0, done.stderr
     assert "1 -> 2  rotate(45.0)" in done.stdout
     assert str(tmp_path / "run") in done.stdout
@@ -58,7 +60,17 @@ def test_a_run_prints_its_program_and_where_it_is(tmp_path: Path) -> None:
 
 def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None:
     model = script(tmp_path, [save(1)], [TURN, save(2)])
-    done = command("run", sequence(2), "--model", model, "--out", tmp_path / "run", "--server-url", server_url(), "--json")
+    done = command(
+        "run",
+        sequence(2),
+        "--model",
+        model,
+        "--out",
+        tmp_path / "run",
+        "--server-url",
+        server_url(),
+        "--json",
+    )
     document = json.loads(done.stdout)
     assert document["status"] == "complete"
     assert document["program"]["steps"] == [[{"action": "rotate", "angle": 45.0}]]
@@ -68,18 +80,22 @@ def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None
     assert about["models"]["critic"] == model
 
 
-@pytest.mark.parametrize(("words", "says"), [
-    (["run"], "Name a sequence folder"),
-    (["run", "no/such/folder"], "There is no sequence folder no/such/folder"),
-    (["run", "."], "holds no keyframes.json"),
-    (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),
-    (["run", "SEQUENCE", "--model", "scripted:nothing.json"], "Cannot read the script nothing.json"),
-    (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
-    (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
-    (["run", "--resume", "no/such/run"], "No recorded run at"),
-    (["replay", "no/such/run"], "No recorded run at"),
-    (["batch", "no/such/list"], "Cannot read no/such/list"),
-], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run"], "Name a sequence folder"),
+        (["run", "no/such/folder"], "There is no sequence folder no/such/folder"),
+        (["run", "."], "holds no keyframes.json"),
+        (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),
+        (["run", "SEQUENCE", "--model", "scripted:nothing.json"], "Cannot read the script nothing.json"),
+        (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
+        (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
+        (["run", "--resume", "no/such/run"], "No recorded run at"),
+        (["replay", "no/such/run"], "No recorded run at"),
+        (["batch", "no/such/list"], "Cannot read no/such/list"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
 def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, words: list[str], says: str) -> None:
     given = [str(sequence(2)) if word == "SEQUENCE" else word for word in words]
     if "SEQUENCE" in words:
@@ -130,12 +146,29 @@ def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(tmp_path: Path, kind: signal.Signals) -> None:
+def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(
+    tmp_path: Path, kind: signal.Signals
+) -> None:
     look = [{"tool": "render_current", "arguments": {}}]
     model = script(tmp_path, [save(1)], [TURN], *[look] * 2000)
     run = tmp_path / "run"
-    process = subprocess.Popen([sys.executable, "-m", "folding_client", "run", str(sequence(2)), "--model", model, "--out",
-                                str(run), "--server-url", server_url()], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "folding_client",
+            "run",
+            str(sequence(2)),
+            "--model",
+            model,
+            "--out",
+            str(run),
+            "--server-url",
+            server_url(),
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     while not (run / "events.jsonl").exists() or "rotate" not in (run / "events.jsonl").read_text():
         assert process.poll() is None
         time.sleep(0.02)
@@ -153,10 +186,21 @@ def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(tmp_path: 
 
 
 def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tmp_path: Path) -> None:
-    model = script(tmp_path, [save(1)], [TURN, {"tool": "render_current", "arguments": {}},
-                                         {"tool": "fold", "arguments": {"edge": [1, 99], "direction": 1}}], [save(2)])
+    model = script(
+        tmp_path,
+        [save(1)],
+        [
+            TURN,
+            {"tool": "render_current", "arguments": {}},
+            {"tool": "fold", "arguments": {"edge": [1, 99], "direction": 1}},
+        ],
+        [save(2)],
+    )
     run = tmp_path / "run"
-    assert command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url()).returncode == 0
+    assert (
+        command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url()).returncode
+        == 0
+    )
     same = command("replay", run)
     assert same.returncode == 0, same.stdout
     assert "0 answered differently" in same.stdout
@@ -172,15 +216,33 @@ def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tm
 def test_a_recorded_run_can_be_the_script_of_another(tmp_path: Path) -> None:
     model = script(tmp_path, [save(1)], [TURN, save(2)])
     first, second = tmp_path / "first", tmp_path / "second"
-    assert command("run", sequence(2), "--model", model, "--out", first, "--server-url", server_url()).returncode == 0
-    assert command("run", sequence(2), "--model", f"scripted:{first}", "--out", second, "--server-url", server_url()).returncode == 0
+    assert (
+        command("run", sequence(2), "--model", model, "--out", first, "--server-url", server_url()).returncode
+        == 0
+    )
+    assert (
+        command(
+            "run", sequence(2), "--model", f"scripted:{first}", "--out", second, "--server-url", server_url()
+        ).returncode
+        == 0
+    )
     assert program(first) == program(second)
 
 
 def test_a_batch_skips_what_is_finished_and_continues_the_rest(tmp_path: Path) -> None:
     (tmp_path / "list.json").write_text(json.dumps([str(sequence(2)), str(sequence(3))]))
     model = script(tmp_path, [save(1)], [TURN, save(2)])
-    words = ["batch", tmp_path / "list.json", "--model", model, "--out", tmp_path / "runs", "--jobs", "2", "--json"]
+    words = [
+        "batch",
+        tmp_path / "list.json",
+        "--model",
+        model,
+        "--out",
+        tmp_path / "runs",
+        "--jobs",
+        "2",
+        "--json",
+    ]
     first = command(*words)
     assert first.returncode == 3
     assert [line["status"] for line in json.loads(first.stdout)] == ["complete", "stopped"]

@@ -18,7 +18,6 @@ from folding_client.reconstruct import new_job, reconstruct
 from folding_client.settings import Settings
 from folding_schemas.actions import Program, Rotate
 from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo
-
 from paths import ROOT
 
 Angles = tuple[float, ...]
@@ -29,7 +28,9 @@ def shortened(source: Path, folder: Path, frames: int) -> Path:
     manifest = json.loads((source / "keyframes.json").read_text())
     folder.mkdir()
     shutil.copytree(source / "frames", folder / "frames")
-    (folder / "keyframes.json").write_text(json.dumps(manifest | {"name": folder.name, "keyframes": manifest["keyframes"][:frames]}))
+    (folder / "keyframes.json").write_text(
+        json.dumps(manifest | {"name": folder.name, "keyframes": manifest["keyframes"][:frames]})
+    )
     return folder
 
 
@@ -37,23 +38,36 @@ def test_the_first_folds_of_the_cat_are_found_without_any_model(tmp_path: Path) 
     job = new_job(shortened(ROOT / "examples" / "cat", tmp_path / "cat", 4), tmp_path / "run", Settings())
     outcome = asyncio.run(reconstruct(job, Silent()))
     assert outcome.status == "complete"
-    kinds = [[action["action"] for action in step if action["action"] != "add_vertex"] for step in program(tmp_path / "run")]
+    kinds = [
+        [action["action"] for action in step if action["action"] != "add_vertex"]
+        for step in program(tmp_path / "run")
+    ]
     assert kinds == [["rotate"], ["fold"], ["fold"]]
-    files = {"program.json", "final.fold", "crease_pattern.fold", "crease_pattern.svg", "checkpoints.json", "run.json"}
+    files = {
+        "program.json",
+        "final.fold",
+        "crease_pattern.fold",
+        "crease_pattern.svg",
+        "checkpoints.json",
+        "run.json",
+    }
     assert files <= {file.name for file in (tmp_path / "run").iterdir()}
     checkpoints = json.loads((tmp_path / "run" / "checkpoints.json").read_text())
     assert [checkpoint["frame"] for checkpoint in checkpoints] == [1, 2, 3, 4]
     assert all("a match" in checkpoint["notes"] for checkpoint in checkpoints[1:])
     assert {event["name"] for event in events(tmp_path / "run", "call") if event["by"] == "agent"} >= {
-        "propose_actions", "compare_to_frame", "save_checkpoint"}
+        "propose_actions",
+        "compare_to_frame",
+        "save_checkpoint",
+    }
 
 
 @dataclass
 class World:
     """Tools over a run in which a state is the list of angles it was turned by.
 
-    ``proposals`` gives by frame the angles on offer with the agreement foreseen; ``agreement`` what a comparison finds,
-    by the frame and all angles so far, 0.5 if it is not listed.
+    ``proposals`` gives by frame the angles on offer with the agreement foreseen; ``agreement`` what a
+    comparison finds, by the frame and all angles so far, 0.5 if it is not listed.
     """
 
     proposals: dict[int, list[tuple[float, float]]]
@@ -70,16 +84,36 @@ class World:
     def get_run(self) -> dict[str, Any]:
         """Where the run stands."""
         done = tuple((Rotate(angle=angle),) for angle in (step[0] for step in self.steps))
-        return RunInfo(run_id="r", sequence="s", frames=3, front_color="red", back_color="white",
-                       saved=list(range(1, len(self.steps) + 2)) if self.base else [], next_frame=self.base + 1,
-                       pending=[Rotate(angle=angle) for angle in self.pending], attempts=self.used, restores={},
-                       budget=5, locked_to=0, complete=False, program=Program(steps=done)).model_dump(mode="json")
+        return RunInfo(
+            run_id="r",
+            sequence="s",
+            frames=3,
+            front_color="red",
+            back_color="white",
+            saved=list(range(1, len(self.steps) + 2)) if self.base else [],
+            next_frame=self.base + 1,
+            pending=[Rotate(angle=angle) for angle in self.pending],
+            attempts=self.used,
+            restores={},
+            budget=5,
+            locked_to=0,
+            complete=False,
+            program=Program(steps=done),
+        ).model_dump(mode="json")
 
     def propose_actions(self, frame: int, count: int) -> dict[str, Any]:
         """What is on offer."""
-        found = [Proposal(rank=rank, action_class="rotate", actions=[Rotate(angle=angle)], agreement=agreement,
-                          score=agreement, explanation="") for rank, (angle, agreement)
-                 in enumerate(self.proposals[frame][:count], start=1)]
+        found = [
+            Proposal(
+                rank=rank,
+                action_class="rotate",
+                actions=[Rotate(angle=angle)],
+                agreement=agreement,
+                score=agreement,
+                explanation="",
+            )
+            for rank, (angle, agreement) in enumerate(self.proposals[frame][:count], start=1)
+        ]
         return Proposals(frame=frame, proposals=found, confident=False).model_dump(mode="json")
 
     def rotate(self, angle: float) -> dict[str, Any]:
@@ -93,8 +127,15 @@ class World:
         """How well the state agrees."""
         state = (*(angle for step in self.steps[: self.base - 1] for angle in step), *self.pending)
         found = self.agreement.get((frame, state), 0.5)
-        return Comparison(frame=frame, verdict="MATCH" if found > 0.95 else "MISMATCH", agreement=found, iou={},
-                          outline_distance=0, shift=(0, 0, 0), discrepancies=[]).model_dump(mode="json")
+        return Comparison(
+            frame=frame,
+            verdict="MATCH" if found > 0.95 else "MISMATCH",
+            agreement=found,
+            iou={},
+            outline_distance=0,
+            shift=(0, 0, 0),
+            discrepancies=[],
+        ).model_dump(mode="json")
 
     def save_checkpoint(self, frame: int, notes: str = "") -> dict[str, Any]:
         """Save, dropping what grew from the state replaced."""
@@ -124,46 +165,60 @@ async def solve(world: World, model: GeometricModel, queries: int = 60) -> list[
     raise AssertionError("not solved")
 
 
-def saved(proposals: dict[int, list[tuple[float, float]]], agreement: dict[tuple[int, Angles], float]) -> tuple[list[Angles], World]:
+def saved(
+    proposals: dict[int, list[tuple[float, float]]], agreement: dict[tuple[int, Angles], float]
+) -> tuple[list[Angles], World]:
     """What the model saves in a world, and the world."""
     world = World(proposals, agreement)
     return asyncio.run(solve(world, GeometricModel())), world
 
 
 def test_a_match_is_saved_at_once() -> None:
-    steps, world = saved({2: [(10, 0.99), (20, 0.98)], 3: [(30, 0.99)]}, {(2, (10,)): 0.99, (3, (10, 30)): 0.99})
+    steps, world = saved(
+        {2: [(10, 0.99), (20, 0.98)], 3: [(30, 0.99)]}, {(2, (10,)): 0.99, (3, (10, 30)): 0.99}
+    )
     assert steps == [(10,), (30,)]
     assert world.used == {2: 1, 3: 1}
 
 
 def test_the_next_best_proposal_is_tried_when_the_best_does_not_match() -> None:
-    steps, world = saved({2: [(10, 0.99), (20, 0.98)], 3: [(30, 0.99)]}, {(2, (20,)): 0.99, (3, (20, 30)): 0.99})
+    steps, world = saved(
+        {2: [(10, 0.99), (20, 0.98)], 3: [(30, 0.99)]}, {(2, (20,)): 0.99, (3, (20, 30)): 0.99}
+    )
     assert steps == [(20,), (30,)]
     assert world.used == {2: 2, 3: 1}
 
 
 def test_a_later_frame_that_contradicts_sends_the_search_back_to_a_rival() -> None:
-    steps, world = saved({2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
-                         {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.7, (3, (20, 30)): 0.99})
+    steps, world = saved(
+        {2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
+        {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.7, (3, (20, 30)): 0.99},
+    )
     assert steps == [(20,), (30,)]
     assert world.used == {2: 2, 3: 2}
 
 
 def test_if_the_rival_explains_less_the_search_returns_to_the_better_path() -> None:
-    steps, _ = saved({2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
-                     {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (20, 30)): 0.6})
+    steps, _ = saved(
+        {2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
+        {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (20, 30)): 0.6},
+    )
     assert steps == [(10,), (30,)]
 
 
 def test_without_a_rival_the_best_of_what_was_tried_is_saved_with_a_note() -> None:
-    steps, world = saved({2: [(10, 0.99)], 3: [(30, 0.99), (40, 0.98), (50, 0.97)]},
-                         {(2, (10,)): 0.99, (3, (10, 30)): 0.6, (3, (10, 40)): 0.8, (3, (10, 50)): 0.7})
+    steps, world = saved(
+        {2: [(10, 0.99)], 3: [(30, 0.99), (40, 0.98), (50, 0.97)]},
+        {(2, (10,)): 0.99, (3, (10, 30)): 0.6, (3, (10, 40)): 0.8, (3, (10, 50)): 0.7},
+    )
     assert steps == [(10,), (40,)]
     assert world.used[3] <= 5
 
 
 def test_proposals_far_below_the_best_are_not_tried() -> None:
-    steps, world = saved({2: [(10, 0.99), (20, 0.5)], 3: [(30, 0.99)]}, {(2, (20,)): 0.99, (3, (10, 30)): 0.99})
+    steps, world = saved(
+        {2: [(10, 0.99), (20, 0.5)], 3: [(30, 0.99)]}, {(2, (20,)): 0.99, (3, (10, 30)): 0.99}
+    )
     assert steps[0] == (10,)
     assert world.used[2] == 1
 

@@ -1,4 +1,6 @@
-"""The client's parts by themselves: reading verdicts, the context, the record, redaction, scripts, batches."""
+"""The client's parts by themselves: reading verdicts, the context, the record, redaction, scripts,
+batches.
+"""
 
 import json
 import subprocess
@@ -23,30 +25,50 @@ GOOD = {"verdict": "MATCH", "analysis": "Same.", "anchor_check": "holds", "discr
 
 def shown(*subjects: str) -> Message:
     """A tool result with pictures of these subjects."""
-    return Message("tool", "seen", tuple(Picture(subject.encode(), "image/png", subject) for subject in subjects))
+    return Message(
+        "tool", "seen", tuple(Picture(subject.encode(), "image/png", subject) for subject in subjects)
+    )
 
 
-@pytest.mark.parametrize("text", [json.dumps(GOOD), f"```json\n{json.dumps(GOOD)}\n```", f"  {json.dumps(GOOD)}\n"])
+@pytest.mark.parametrize(
+    "text", [json.dumps(GOOD), f"```json\n{json.dumps(GOOD)}\n```", f"  {json.dumps(GOOD)}\n"]
+)
 def test_a_verdict_is_read_bare_or_in_one_fence(text: str) -> None:
     assert read_form(CriticReply, text).verdict == "MATCH"
 
 
-@pytest.mark.parametrize("text", [
-    "", "MATCH", "It is a MATCH.", json.dumps(GOOD) + " I am sure.", json.dumps(GOOD | {"verdict": "match"}),
-    json.dumps(GOOD | {"verdict": "EXACT_MATCH"}), json.dumps(GOOD | {"confidence": 1}), json.dumps([GOOD]),
-    json.dumps({"verdict": "MATCH"}), json.dumps(GOOD | {"discrepancies": "none"})])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "MATCH",
+        "It is a MATCH.",
+        json.dumps(GOOD) + " I am sure.",
+        json.dumps(GOOD | {"verdict": "match"}),
+        json.dumps(GOOD | {"verdict": "EXACT_MATCH"}),
+        json.dumps(GOOD | {"confidence": 1}),
+        json.dumps([GOOD]),
+        json.dumps({"verdict": "MATCH"}),
+        json.dumps(GOOD | {"discrepancies": "none"}),
+    ],
+)
 def test_anything_else_is_no_verdict(text: str) -> None:
     with pytest.raises(ReplyUnreadable):
         read_form(CriticReply, text)
 
 
 def test_an_overview_may_name_no_frame() -> None:
-    form = read_form(OverviewReply, '{"last_correct_frame": null, "first_suspicious_frame": 1, "per_frame_notes": [],'
-                                    ' "recommendation": "start again"}')
+    form = read_form(
+        OverviewReply,
+        '{"last_correct_frame": null, "first_suspicious_frame": 1, "per_frame_notes": [],'
+        ' "recommendation": "start again"}',
+    )
     assert form.last_correct_frame is None
 
 
-@pytest.mark.parametrize(("text", "label"), [("B2", 2), ("B2.", 2), ("**B1**", 1), ("I choose B3, since B3 is best", 3)])
+@pytest.mark.parametrize(
+    ("text", "label"), [("B2", 2), ("B2.", 2), ("**B1**", 1), ("I choose B3, since B3 is best", 3)]
+)
 def test_a_single_label_is_read(text: str, label: int) -> None:
     assert read_label(text, 3) == label
 
@@ -67,10 +89,19 @@ def test_whatever_a_model_writes_is_read_or_refused(text: str) -> None:
 
 
 def test_only_the_newest_picture_of_a_subject_is_sent() -> None:
-    messages = [shown("photo of frame 1", "diagram"), shown("diagram"), user("and?"), shown("diagram", "photo of frame 2")]
+    messages = [
+        shown("photo of frame 1", "diagram"),
+        shown("diagram"),
+        user("and?"),
+        shown("diagram", "photo of frame 2"),
+    ]
     sent = without_stale_pictures(messages)
     assert [[picture.subject for picture in message.pictures] for message in sent] == [
-        ["photo of frame 1"], [], [], ["diagram", "photo of frame 2"]]
+        ["photo of frame 1"],
+        [],
+        [],
+        ["diagram", "photo of frame 2"],
+    ]
     assert "a newer one follows: diagram" in sent[1].text
 
 
@@ -93,9 +124,15 @@ def test_a_context_knows_what_was_sent_before() -> None:
     assert context.to_send()[1] == 1
 
 
-@given(st.dictionaries(st.sampled_from(["angle", "edge", "x"]), st.one_of(st.none(), st.booleans(), st.text(), st.floats())))
+@given(
+    st.dictionaries(
+        st.sampled_from(["angle", "edge", "x"]), st.one_of(st.none(), st.booleans(), st.text(), st.floats())
+    )
+)
 def test_arguments_pass_only_if_the_schema_takes_them(arguments: dict[str, object]) -> None:
-    spec = ToolSpec("rotate", "", {"type": "object", "properties": {"angle": {"type": "number"}}, "required": ["angle"]})
+    spec = ToolSpec(
+        "rotate", "", {"type": "object", "properties": {"angle": {"type": "number"}}, "required": ["angle"]}
+    )
     fits = set(arguments) == {"angle"} and isinstance(arguments["angle"], float)
     try:
         checked_arguments(ToolCall("1", "rotate", json.dumps(arguments)), {"rotate": spec})
@@ -116,7 +153,11 @@ def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
     log = EventLog(file)
     log.append("resumed")
     log.close()
-    assert [(event["seq"], event["kind"]) for event in read_events(file)] == [(1, "opened"), (2, "saved"), (3, "resumed")]
+    assert [(event["seq"], event["kind"]) for event in read_events(file)] == [
+        (1, "opened"),
+        (2, "saved"),
+        (3, "resumed"),
+    ]
 
 
 def test_a_damaged_log_is_named_with_its_line(tmp_path: Path) -> None:
@@ -137,8 +178,14 @@ def test_what_looks_like_a_key_is_cut_out_too() -> None:
     assert text == "use [redacted] or [redacted]"
 
 
-@pytest.mark.parametrize(("content", "words"), [
-    ("nonsense", "neither JSON"), ('[{"calls": [{"name": "fold"}]}]', "calls"), ('[{"texts": ""}]', "texts")])
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("nonsense", "neither JSON"),
+        ('[{"calls": [{"name": "fold"}]}]', "calls"),
+        ('[{"texts": ""}]', "texts"),
+    ],
+)
 def test_a_script_that_is_none_is_refused(tmp_path: Path, content: str, words: str) -> None:
     (tmp_path / "script.json").write_text(content)
     with pytest.raises(UsageError, match=words):
@@ -162,7 +209,9 @@ def test_a_batch_s_sequences_come_from_a_folder_or_a_list(tmp_path: Path) -> Non
 
 
 def test_the_client_imports_neither_server_nor_geometry() -> None:
-    code = ("import sys, folding_client.cli, folding_client.models.litellm_model; "
-            "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'numpy') if name in sys.modules])")
+    code = (
+        "import sys, folding_client.cli, folding_client.models.litellm_model; "
+        "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm') if name in sys.modules])"
+    )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.strip() == "[]"

@@ -12,8 +12,11 @@ from providers.openai import OpenAI
 
 MODEL = "litellm/openai/gpt-4o"
 CAT = figure("d_cat")
-SQUARE = {"vertices_coords": [[0, 1], [1, 1], [1, 0], [0, 0]], "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0]],
-          "edges_assignment": ["B", "B", "B", "B"]}
+SQUARE = {
+    "vertices_coords": [[0, 1], [1, 1], [1, 0], [0, 0]],
+    "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0]],
+    "edges_assignment": ["B", "B", "B", "B"],
+}
 
 
 def plan(*actions: dict[str, Any]) -> Says:
@@ -28,8 +31,11 @@ def turn(angle: float) -> Says:
 
 def with_diagonal(pattern: dict[str, Any]) -> dict[str, Any]:
     """A square with a valley along a diagonal."""
-    return {**pattern, "edges_vertices": [*pattern["edges_vertices"], [0, 2]],
-            "edges_assignment": [*pattern["edges_assignment"], "V"]}
+    return {
+        **pattern,
+        "edges_vertices": [*pattern["edges_vertices"], [0, 2]],
+        "edges_assignment": [*pattern["edges_assignment"], "V"],
+    }
 
 
 def test_vlm_s_carries_out_one_plan_per_step(tmp_path: Path) -> None:
@@ -57,7 +63,10 @@ def test_vlm_s_asks_once_more_for_a_plan_that_cannot_be_carried_out_then_stops(t
 
 def test_vlm_s_c_gives_the_critic_s_words_back_and_saves_a_match(tmp_path: Path) -> None:
     with OpenAI(turn(10), MISMATCH, turn(45), MATCH) as provider:
-        assert run(2, tmp_path / "run", model=MODEL, variant="vlm-s-c", api_base=provider.url).status == "complete"
+        assert (
+            run(2, tmp_path / "run", model=MODEL, variant="vlm-s-c", api_base=provider.url).status
+            == "complete"
+        )
     assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 45.0}]]
     words, diagram = provider.received[2]["messages"][-1]["content"]
     assert "flap 0.1 too long" in words["text"]
@@ -66,7 +75,10 @@ def test_vlm_s_c_gives_the_critic_s_words_back_and_saves_a_match(tmp_path: Path)
 
 def test_vlm_s_c_lets_the_selector_choose_after_three_plans(tmp_path: Path) -> None:
     with OpenAI(turn(10), MISMATCH, turn(20), MISMATCH, turn(30), MISMATCH, Says("B2")) as provider:
-        assert run(2, tmp_path / "run", model=MODEL, variant="vlm-s-c", api_base=provider.url).status == "complete"
+        assert (
+            run(2, tmp_path / "run", model=MODEL, variant="vlm-s-c", api_base=provider.url).status
+            == "complete"
+        )
     assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 20.0}]]
     (selected,) = events(tmp_path / "run", "selected")
     assert (selected["attempt"], selected["by"]) == (2, "model")
@@ -79,18 +91,24 @@ def test_vlm_cp_predicts_a_crease_pattern_for_every_frame(tmp_path: Path) -> Non
     assert outcome.run["outcome"]["frames_saved"] == 3
     fold_file = json.loads((tmp_path / "run" / "crease_pattern.fold").read_text())
     assert fold_file["edges_assignment"] == ["B", "B", "B", "B", "V"]
-    assert [frame["frame_title"] for frame in json.loads((tmp_path / "run" / "patterns.json").read_text())["patterns"]] == [
-        "frame 1", "frame 2", "frame 3"]
+    assert [
+        frame["frame_title"]
+        for frame in json.loads((tmp_path / "run" / "patterns.json").read_text())["patterns"]
+    ] == ["frame 1", "frame 2", "frame 3"]
     assert not (tmp_path / "run" / "program.json").exists()
 
 
-@pytest.mark.parametrize(("broken", "words"), [
-    ({**SQUARE, "edges_assignment": ["B"]}, "4 edges have 1 letters"),
-    ({**SQUARE, "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 9]]}, "names a vertex that is not there"),
-    ({**SQUARE, "edges_assignment": ["B", "B", "B", "X"]}, "edges_assignment.3"),
-])
-def test_vlm_cp_stops_at_patterns_that_do_not_fit_together_and_resumes(tmp_path: Path, broken: dict[str, Any],
-                                                                         words: str) -> None:
+@pytest.mark.parametrize(
+    ("broken", "words"),
+    [
+        ({**SQUARE, "edges_assignment": ["B"]}, "4 edges have 1 letters"),
+        ({**SQUARE, "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 9]]}, "names a vertex that is not there"),
+        ({**SQUARE, "edges_assignment": ["B", "B", "B", "X"]}, "edges_assignment.3"),
+    ],
+)
+def test_vlm_cp_stops_at_patterns_that_do_not_fit_together_and_resumes(
+    tmp_path: Path, broken: dict[str, Any], words: str
+) -> None:
     with OpenAI(Says(json.dumps(SQUARE)), *[Says(json.dumps(broken))] * 2) as provider:
         stopped = run(3, tmp_path / "run", model=MODEL, variant="vlm-cp", api_base=provider.url)
     assert stopped.status == "stopped"
@@ -105,10 +123,14 @@ def test_few_shot_shows_three_solved_transitions_before_the_task(tmp_path: Path)
         run(2, tmp_path / "run", model=MODEL, variant="vlm-s", few_shot=True, api_base=provider.url)
     messages = provider.received[0]["messages"]
     assert [message["role"] for message in messages] == ["system"] + ["user"] * 4
-    assert ["Solved example" in message["content"][0]["text"] for message in messages[1:]] == [True] * 3 + [False]
+    assert ["Solved example" in message["content"][0]["text"] for message in messages[1:]] == [True] * 3 + [
+        False
+    ]
 
 
-@pytest.mark.parametrize(("variant", "key"), [("agent", '"actions"'), ("vlm-s", '"actions"'), ("vlm-cp", '"edges_assignment"')])
+@pytest.mark.parametrize(
+    ("variant", "key"), [("agent", '"actions"'), ("vlm-s", '"actions"'), ("vlm-cp", '"edges_assignment"')]
+)
 def test_examples_speak_the_variant_s_language(variant: Any, key: str) -> None:
     for example in solved_examples(variant):
         assert len(example.pictures) == 2

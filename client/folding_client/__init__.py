@@ -1,1 +1,3 @@
-"""The light client: drives a vision-language model, or a geometric search, through the folding server's MCP tools."""
+"""The light client: drives a vision-language model, or a geometric search, through the folding server's MCP
+tools.
+"""

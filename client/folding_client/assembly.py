@@ -32,12 +32,17 @@ class Cast:
 
 
 def make_cast(settings: Settings, recorder: Recorder) -> Cast:
-    """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown id."""
+    """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown
+    id.
+    """
+
     def of(role: Role) -> Model | None:
         spec = settings.role(role)
         return None if role != "agent" and spec == "geometric" else _made(spec, role, settings, recorder)
 
-    return Cast(_made(settings.model, "agent", settings, recorder), of("critic"), of("overview"), of("selector"))
+    return Cast(
+        _made(settings.model, "agent", settings, recorder), of("critic"), of("overview"), of("selector")
+    )
 
 
 def _made(spec: str, role: Role, settings: Settings, recorder: Recorder) -> Model:
@@ -56,12 +61,21 @@ def make_critic(cast: Cast, server: FoldingServer, recorder: Recorder) -> Critic
 
 def make_selector(cast: Cast, server: FoldingServer, recorder: Recorder) -> Selector:
     """The selector of a cast."""
-    return ModelSelector(Voice("selector", cast.selector, recorder), server) if cast.selector \
+    return (
+        ModelSelector(Voice("selector", cast.selector, recorder), server)
+        if cast.selector
         else GeometricSelector(server)
+    )
 
 
-def make_worker(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
-                colors: tuple[str, str]) -> Worker:
+def make_worker(
+    cast: Cast,
+    settings: Settings,
+    server: FoldingServer,
+    recorder: Recorder,
+    progress: Progress,
+    colors: tuple[str, str],
+) -> Worker:
     """What the settings' variant names, on a server whose run is open."""
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
     examples = solved_examples(settings.variant) if settings.few_shot else ()
@@ -73,16 +87,38 @@ def make_worker(cast: Cast, settings: Settings, server: FoldingServer, recorder:
         case "vlm-s":
             return PlanPerStep(voice, server, recorder, progress, examples=examples)
         case "vlm-s-c":
-            return PlanPerStep(voice, server, recorder, progress, make_critic(cast, server, recorder),
-                               make_selector(cast, server, recorder), examples)
+            return PlanPerStep(
+                voice,
+                server,
+                recorder,
+                progress,
+                make_critic(cast, server, recorder),
+                make_selector(cast, server, recorder),
+                examples,
+            )
 
 
-def _agent(cast: Cast, settings: Settings, server: FoldingServer, recorder: Recorder, progress: Progress,
-           colors: tuple[str, str]) -> Agent:
-    overview: OverviewCritic = ModelOverview(Voice("overview", cast.overview, recorder)) if cast.overview \
+def _agent(
+    cast: Cast,
+    settings: Settings,
+    server: FoldingServer,
+    recorder: Recorder,
+    progress: Progress,
+    colors: tuple[str, str],
+) -> Agent:
+    overview: OverviewCritic = (
+        ModelOverview(Voice("overview", cast.overview, recorder))
+        if cast.overview
         else GeometricOverview(server)
-    toolbox = Toolbox(server, make_critic(cast, server, recorder), overview, recorder, colors,
-                      paper_only=settings.paper_tools)
+    )
+    toolbox = Toolbox(
+        server,
+        make_critic(cast, server, recorder),
+        overview,
+        recorder,
+        colors,
+        paper_only=settings.paper_tools,
+    )
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
     habits = Habits(settings.failures_per_step, settings.frugal, examples)

@@ -35,25 +35,33 @@ class Listener:
 
 
 def sequences_of(source: Path) -> list[Path]:
-    """The sequence folders in a folder, in order of name, or those that a manifest lists, one a line or as JSON.
+    """The sequence folders in a folder, in order of name, or those that a manifest lists, one a line or as
+    JSON.
 
     UsageError if there are none, or two have the same name.
     """
     found = _in_folder(source) if source.is_dir() else _in_manifest(source)
     if not found:
-        message = f"{source} holds no sequence; name a folder of folders with keyframes.json, or a list of such folders."
+        message = (
+            f"{source} holds no sequence; name a folder of folders with keyframes.json, or a list of "
+            "such folders."
+        )
         raise UsageError(message)
     names = [folder.resolve().name for folder in found]
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        message = f"{source} lists two sequences named {twice[0]}; their runs would share a folder, so rename one."
+        message = (
+            f"{source} lists two sequences named {twice[0]}; their runs would share a folder, so rename one."
+        )
         raise UsageError(message)
     return found
 
 
-async def run_batch(sequences: Sequence[Path], out: Path, settings: Settings, jobs: int,
-                    listener: Listener) -> list[Line]:
-    """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation ends all
-    and leaves each resumable."""
+async def run_batch(
+    sequences: Sequence[Path], out: Path, settings: Settings, jobs: int, listener: Listener
+) -> list[Line]:
+    """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation
+    ends all and leaves each resumable.
+    """
     room = asyncio.Semaphore(jobs)
 
     async def one(sequence: Path) -> Line:
@@ -76,13 +84,23 @@ async def _line(sequence: Path, folder: Path, settings: Settings) -> Line:
     except Interrupt as error:
         return Line(name, "failed", redact(str(error)), 0, 0, 0.0, str(folder))
     summary = outcome.run["outcome"]
-    return Line(name, outcome.status, redact(outcome.reason), summary["frames_saved"], summary["frames"],
-                summary["seconds"], str(folder))
+    return Line(
+        name,
+        outcome.status,
+        redact(outcome.reason),
+        summary["frames_saved"],
+        summary["frames"],
+        summary["seconds"],
+        str(folder),
+    )
 
 
 def _job(sequence: Path, folder: Path, settings: Settings) -> Job:
-    return resumed_job(folder, sequence, settings) if (folder / "run.json").exists() \
+    return (
+        resumed_job(folder, sequence, settings)
+        if (folder / "run.json").exists()
         else new_job(sequence, folder, settings)
+    )
 
 
 def _finished(folder: Path, sequence: Path, settings: Settings) -> Line | None:
@@ -94,10 +112,20 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> Line | None:
     if summary["status"] != "complete":
         return None
     if about["models"]["agent"] != settings.model:
-        message = f"{folder} was made with model {about['models']['agent']}, not {settings.model}; choose another --out."
+        message = (
+            f"{folder} was made with model {about['models']['agent']}, not {settings.model}; choose "
+            "another --out."
+        )
         raise UsageError(message)
-    return Line(sequence.resolve().name, "skipped", "", summary["frames_saved"], summary["frames"], summary["seconds"],
-                str(folder))
+    return Line(
+        sequence.resolve().name,
+        "skipped",
+        "",
+        summary["frames_saved"],
+        summary["frames"],
+        summary["seconds"],
+        str(folder),
+    )
 
 
 def _in_folder(source: Path) -> list[Path]:

@@ -21,8 +21,12 @@ from folding_client.record.redaction import redact
 from folding_client.replay import replay
 from folding_client.settings import Settings
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
-                  help="Reconstruct folding programs from photos of origami.")
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Reconstruct folding programs from photos of origami.",
+)
 Answer = TypeVar("Answer")
 EXIT_STOPPED = 3
 _SHOWN = 20
@@ -37,28 +41,50 @@ def _commands() -> None:
 
 @app.command()
 def run(
-    sequence: Annotated[Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json.")] = None,
-    model: Annotated[str | None, typer.Option(help="geometric, scripted:FILE or litellm/PROVIDER/MODEL.")] = None,
+    sequence: Annotated[
+        Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json.")
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(help="geometric, scripted:FILE or litellm/PROVIDER/MODEL.")
+    ] = None,
     critic: Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")] = None,
     overview: Annotated[str | None, typer.Option(help="Model of the overview critic.")] = None,
     selector: Annotated[str | None, typer.Option(help="Model of the selector.")] = None,
     variant: Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")] = None,
-    few_shot: Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")] = None,
-    max_queries: Annotated[int | None, typer.Option(help="Most queries of the agent for this sequence.")] = None,
+    few_shot: Annotated[
+        bool | None, typer.Option("--few-shot", help="Show the model solved examples.")
+    ] = None,
+    max_queries: Annotated[
+        int | None, typer.Option(help="Most queries of the agent for this sequence.")
+    ] = None,
     thinking_budget: Annotated[int | None, typer.Option(help="Thinking tokens for one query.")] = None,
-    paper_tools: Annotated[bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")] = None,
+    paper_tools: Annotated[
+        bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")
+    ] = None,
     keep_images: Annotated[bool, typer.Option("--keep-images", help="Send superseded images again.")] = False,
     api_base: Annotated[str | None, typer.Option(help="Address of the model's provider.")] = None,
-    server_url: Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")] = None,
+    server_url: Annotated[
+        str | None, typer.Option(help="A running folding server, instead of one's own.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; runs/NAME-TIME if left out.")] = None,
     resume: Annotated[Path | None, typer.Option(help="Run folder to go on with.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
 ) -> None:
     """Reconstruct a sequence, or go on with a run."""
-    given = {"model": model, "critic": critic, "overview": overview, "selector": selector, "variant": variant,
-             "few_shot": few_shot, "max_queries": max_queries, "thinking_budget": thinking_budget,
-             "paper_tools": paper_tools, "frugal": False if keep_images else None, "api_base": api_base,
-             "server_url": server_url}
+    given = {
+        "model": model,
+        "critic": critic,
+        "overview": overview,
+        "selector": selector,
+        "variant": variant,
+        "few_shot": few_shot,
+        "max_queries": max_queries,
+        "thinking_budget": thinking_budget,
+        "paper_tools": paper_tools,
+        "frugal": False if keep_images else None,
+        "api_base": api_base,
+        "server_url": server_url,
+    }
     settings = _settings(given)
     if resume is not None:
         job = resumed_job(resume, sequence, settings)
@@ -94,7 +120,9 @@ def replay_command(
 
 @app.command("batch")
 def batch_command(
-    source: Annotated[Path, typer.Argument(help="Folder of sequences, or a file that lists sequence folders.")],
+    source: Annotated[
+        Path, typer.Argument(help="Folder of sequences, or a file that lists sequence folders.")
+    ],
     model: Annotated[str | None, typer.Option(help="As for run.")] = None,
     critic: Annotated[str | None, typer.Option(help="As for run.")] = None,
     selector: Annotated[str | None, typer.Option(help="As for run.")] = None,
@@ -121,8 +149,11 @@ class _Spoken(Listener):
     def ended(self, line: Line) -> None:
         """One line per sequence."""
         reason = f": {line.reason}" if line.reason else ""
-        typer.echo(f"{line.sequence}: {line.status}, {line.frames_saved} of {line.frames} frames, "
-                   f"{line.seconds:.1f} s{reason}", err=True)
+        typer.echo(
+            f"{line.sequence}: {line.status}, {line.frames_saved} of {line.frames} frames, "
+            f"{line.seconds:.1f} s{reason}",
+            err=True,
+        )
 
 
 def _settings(given: dict[str, Any]) -> Settings:
@@ -137,6 +168,7 @@ def _settings(given: dict[str, Any]) -> Settings:
 
 def _finish(work: Coroutine[Any, Any, Answer]) -> Answer:
     """Run to the end; SIGTERM ends it as Ctrl-C does."""
+
     async def guarded() -> Answer:
         task = asyncio.current_task()
         if task is not None:
@@ -147,10 +179,18 @@ def _finish(work: Coroutine[Any, Any, Answer]) -> Answer:
 
 
 def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
-    program = json.loads((folder / "program.json").read_text()) if (folder / "program.json").exists() else None
+    program = (
+        json.loads((folder / "program.json").read_text()) if (folder / "program.json").exists() else None
+    )
     if as_json:
-        document = {"run": str(folder), "status": outcome.status, "reason": outcome.reason, "program": program,
-                    "outcome": outcome.run["outcome"], "totals": outcome.run["totals"]}
+        document = {
+            "run": str(folder),
+            "status": outcome.status,
+            "reason": outcome.reason,
+            "program": program,
+            "outcome": outcome.run["outcome"],
+            "totals": outcome.run["totals"],
+        }
         typer.echo(redact(json.dumps(document, indent=1)))
         return
     if program is not None:
@@ -158,7 +198,9 @@ def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
         for frame, step in enumerate(program["steps"], start=2):
             typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(_action, step)) or 'nothing'}")
     summary = outcome.run["outcome"]
-    typer.echo(f"{summary['frames_saved']} of {summary['frames']} frames saved in {summary['seconds']:.1f} s: {folder}")
+    typer.echo(
+        f"{summary['frames_saved']} of {summary['frames']} frames saved in {summary['seconds']:.1f} s: {folder}"
+    )
     if outcome.status != "complete":
         typer.echo(redact(outcome.reason), err=True)
 

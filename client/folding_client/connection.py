@@ -1,7 +1,7 @@
 """One live connection to a folding server, over stdio or HTTP, kept in a task of its own.
 
-The SDK ends a broken connection by cancelling whatever runs inside its context. A task of its own keeps that from
-the run: a caller sees an answer, or ``ConnectionLost``.
+The SDK ends a broken connection by cancelling whatever runs inside its context. A task of its own keeps that
+from the run: a caller sees an answer, or ``ConnectionLost``.
 """
 
 import asyncio
@@ -39,8 +39,10 @@ class ServerAddress:
 
     def command(self) -> StdioServerParameters:
         """The process to start. It gets no variable of this environment beyond what a shell needs."""
-        return StdioServerParameters(command=sys.executable, args=[
-            "-m", "folding_server", "--sequences", str(self.sequences), "--data", str(self.data)])
+        return StdioServerParameters(
+            command=sys.executable,
+            args=["-m", "folding_server", "--sequences", str(self.sequences), "--data", str(self.data)],
+        )
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,9 @@ class Connection:
         await self._until(self._ready)
 
     async def call(self, name: str, arguments: Mapping[str, Any]) -> CallToolResult:
-        """Call a tool. ConnectionLost if the server does not live to answer; MCPError if it refuses the request."""
+        """Call a tool. ConnectionLost if the server does not live to answer; MCPError if it refuses the
+        request.
+        """
         request = _Request(name, arguments, asyncio.get_running_loop().create_future())
         self._inbox.put_nowait(request)
         return await self._until(request.answer)

@@ -6,6 +6,9 @@ A critic is asked with a ``CriticCase`` and answers with a ``Judgement``. No ver
 from dataclasses import dataclass
 from typing import Protocol
 
+from folding_prompts import prompt
+from folding_schemas.results import ActionClass, Comparison, Verdict
+from folding_schemas.state import FoldedState
 from pydantic import BaseModel, ConfigDict, Field
 
 from folding_client.interrupts import ReplyUnreadable
@@ -14,9 +17,6 @@ from folding_client.messages import answered as spoken
 from folding_client.server import FoldingServer
 from folding_client.verdicts import CriticReply, read_form
 from folding_client.voice import Voice
-from folding_prompts import prompt
-from folding_schemas.results import ActionClass, Comparison, Verdict
-from folding_schemas.state import FoldedState
 
 
 class FoldAnchor(BaseModel):
@@ -31,8 +31,9 @@ class FoldAnchor(BaseModel):
 
 @dataclass(frozen=True)
 class CriticCase:
-    """A transition to judge: four pictures (photos of source and target, diagrams of source and candidate), the two
-    states behind the diagrams, and what the agent says it did."""
+    """A transition to judge: four pictures (photos of source and target, diagrams of source and candidate),
+    the two states behind the diagrams, and what the agent says it did.
+    """
 
     frame: int
     action_classes: tuple[ActionClass, ...]
@@ -45,7 +46,9 @@ class CriticCase:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A critic's answer; ``verdict`` is None if it gave none that can be read, and ``analysis`` then says why."""
+    """A critic's answer; ``verdict`` is None if it gave none that can be read, and ``analysis`` then says
+    why.
+    """
 
     verdict: Verdict | None
     analysis: str
@@ -70,9 +73,13 @@ class GeometricCritic:
     async def judge(self, case: CriticCase) -> Judgement:
         """The verdict of the geometric comparison of the current state with the photo."""
         comparison, _ = await self._server.ask(Comparison, "compare_to_frame", frame=case.frame)
-        analysis = (f"The diagram agrees with the photo in {comparison.agreement:.1%} of the pixels; "
-                    f"the outlines are {comparison.outline_distance:.4f} of the sheet's side apart.")
-        anchor = "no anchor provided" if case.anchor is None else "a geometric comparison cannot check an anchor"
+        analysis = (
+            f"The diagram agrees with the photo in {comparison.agreement:.1%} of the pixels; "
+            f"the outlines are {comparison.outline_distance:.4f} of the sheet's side apart."
+        )
+        anchor = (
+            "no anchor provided" if case.anchor is None else "a geometric comparison cannot check an anchor"
+        )
         return Judgement(comparison.verdict, analysis, anchor, tuple(comparison.discrepancies))
 
 
@@ -106,7 +113,16 @@ def _judgement(reply: CriticReply) -> Judgement:
 
 def _case_messages(case: CriticCase) -> list[Message]:
     front, back = case.colors
-    anchor = prompt("critic/no_anchor") if case.anchor is None else prompt("critic/anchor", **case.anchor.model_dump())
-    question = prompt("critic/user", classes=", ".join(case.action_classes), anchor=anchor,
-                      source=case.source.model_dump_json(), candidate=case.candidate.model_dump_json())
+    anchor = (
+        prompt("critic/no_anchor")
+        if case.anchor is None
+        else prompt("critic/anchor", **case.anchor.model_dump())
+    )
+    question = prompt(
+        "critic/user",
+        classes=", ".join(case.action_classes),
+        anchor=anchor,
+        source=case.source.model_dump_json(),
+        candidate=case.candidate.model_dump_json(),
+    )
     return [system(prompt("critic/system", front=front, back=back)), user(question, case.pictures)]

@@ -1,7 +1,7 @@
 """What interrupts a run, as a tree. Each branch has one catcher, and each message says what to do next.
 
 Interrupt
-├── NothingCalled        a reply without a tool call: the model is nudged, the third time its context is rewound
+├── NothingCalled        a reply without a tool call: the model is nudged, the third time rewound
 ├── CallRefused          a call that cannot be sent: the reason goes back to the model as the call's result
 ├── ToolRefused          the server refused a call of the client's own
 ├── StepOver             a frame was saved: the next step starts from a fresh context

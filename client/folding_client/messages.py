@@ -10,7 +10,9 @@ JsonObject = dict[str, Any]
 
 @dataclass(frozen=True)
 class Picture:
-    """An encoded image; ``subject`` says what it shows, so that a newer picture of the same thing can replace it."""
+    """An encoded image; ``subject`` says what it shows, so that a newer picture of the same thing can replace
+    it.
+    """
 
     data: bytes = field(repr=False)
     mime: str
@@ -106,5 +108,12 @@ def answered(reply: Reply) -> Message:
 
 def tool_answer(call: ToolCall, result: ToolResult) -> Message:
     """A call's result as an entry of the conversation."""
-    return Message("tool", result.text, result.pictures, call_id=call.id, tool=call.name,
-                   structured=result.structured, is_error=result.is_error)
+    return Message(
+        "tool",
+        result.text,
+        result.pictures,
+        call_id=call.id,
+        tool=call.name,
+        structured=result.structured,
+        is_error=result.is_error,
+    )

@@ -1,22 +1,37 @@
 """What a run leaves at its end: program, folded form, crease pattern, checkpoints."""
 
+from folding_schemas.results import CheckpointState, Export, ExportFormat, RunInfo
+
 from folding_client.interrupts import ToolRefused
 from folding_client.record.recorder import Recorder
 from folding_client.server import FoldingServer
-from folding_schemas.results import CheckpointState, Export, ExportFormat, RunInfo
 
 FILES: tuple[tuple[str, ExportFormat], ...] = (
-    ("final.fold", "fold"), ("crease_pattern.fold", "crease-pattern"), ("crease_pattern.svg", "crease-pattern-svg"))
+    ("final.fold", "fold"),
+    ("crease_pattern.fold", "crease-pattern"),
+    ("crease_pattern.svg", "crease-pattern-svg"),
+)
 
 
 async def write_outputs(server: FoldingServer, recorder: Recorder, info: RunInfo) -> list[str]:
-    """Write the results of what is saved so far; the names of the files. A file the server cannot make is recorded."""
+    """Write the results of what is saved so far; the names of the files. A file the server cannot make is
+    recorded.
+    """
     recorder.folder.write_json("program.json", info.program.model_dump(mode="json", exclude_none=True))
-    recorder.folder.write_json("checkpoints.json", [
-        (await server.ask(CheckpointState, "get_checkpoint_state", frame=frame))[0].model_dump(mode="json")
-        for frame in info.saved])
-    return ["program.json", "checkpoints.json", *[name for name, kind in FILES
-                                                  if await _export(server, recorder, name, kind)]]
+    recorder.folder.write_json(
+        "checkpoints.json",
+        [
+            (await server.ask(CheckpointState, "get_checkpoint_state", frame=frame))[0].model_dump(
+                mode="json"
+            )
+            for frame in info.saved
+        ],
+    )
+    return [
+        "program.json",
+        "checkpoints.json",
+        *[name for name, kind in FILES if await _export(server, recorder, name, kind)],
+    ]
 
 
 async def _export(server: FoldingServer, recorder: Recorder, name: str, kind: ExportFormat) -> bool:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from folding_prompts import prompt
+from folding_schemas.results import CheckpointSaved, Comparison, RunInfo
+
 from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import ToolResult, system, user
 from folding_client.messages import answered as spoken
@@ -10,13 +13,13 @@ from folding_client.scratch import scratch_run
 from folding_client.server import FoldingServer
 from folding_client.verdicts import OverviewReply, read_form
 from folding_client.voice import Voice
-from folding_prompts import prompt
-from folding_schemas.results import CheckpointSaved, Comparison, RunInfo
 
 
 @dataclass(frozen=True)
 class OverviewAnalysis:
-    """Frames and notes; ``readable`` is False if the critic's words could not be read, and the notes say so."""
+    """Frames and notes; ``readable`` is False if the critic's words could not be read, and the notes
+    say so.
+    """
 
     last_correct_frame: int | None
     first_suspicious_frame: int | None
@@ -43,13 +46,21 @@ class GeometricOverview:
         """The first frame whose comparison is no match is suspicious, the one before it the last correct."""
         info = await self._server.where()
         comparisons = await self._comparisons(info)
-        notes = tuple(f"frame {item.frame}: {item.verdict}, agreement {item.agreement:.4f}" for item in comparisons)
+        notes = tuple(
+            f"frame {item.frame}: {item.verdict}, agreement {item.agreement:.4f}" for item in comparisons
+        )
         suspicious = next((item.frame for item in comparisons if item.verdict != "MATCH"), None)
         if suspicious is None:
             last = comparisons[-1].frame if comparisons else None
-            return OverviewAnalysis(last, None, notes, "Every saved frame matches its photo; go on from the last.")
-        return OverviewAnalysis(suspicious - 1 or None, suspicious, notes,
-                                f"Restore checkpoint {max(suspicious - 1, 1)} and redo frame {suspicious}.")
+            return OverviewAnalysis(
+                last, None, notes, "Every saved frame matches its photo; go on from the last."
+            )
+        return OverviewAnalysis(
+            suspicious - 1 or None,
+            suspicious,
+            notes,
+            f"Restore checkpoint {max(suspicious - 1, 1)} and redo frame {suspicious}.",
+        )
 
     async def _comparisons(self, info: RunInfo) -> list[Comparison]:
         found = []
@@ -70,8 +81,10 @@ class ModelOverview:
 
     async def analyse(self, overview: ToolResult) -> OverviewAnalysis:
         """The model's analysis; a reply that cannot be read is sent back once."""
-        messages = [system(prompt("overview/system")),
-                    user(prompt("overview/user", frames=overview.text), overview.pictures)]
+        messages = [
+            system(prompt("overview/system")),
+            user(prompt("overview/user", frames=overview.text), overview.pictures),
+        ]
         why = ""
         for _ in range(2):
             reply = await self._voice.query(messages)
@@ -81,7 +94,12 @@ class ModelOverview:
                 why = str(reason)
                 messages = [*messages, spoken(reply), user(prompt("overview/repair", reason=why))]
                 continue
-            return OverviewAnalysis(form.last_correct_frame, form.first_suspicious_frame,
-                                    tuple(form.per_frame_notes), form.recommendation)
-        return OverviewAnalysis(None, None, (), f"The overview critic gave no analysis that can be read ({why}).",
-                                readable=False)
+            return OverviewAnalysis(
+                form.last_correct_frame,
+                form.first_suspicious_frame,
+                tuple(form.per_frame_notes),
+                form.recommendation,
+            )
+        return OverviewAnalysis(
+            None, None, (), f"The overview critic gave no analysis that can be read ({why}).", readable=False
+        )

@@ -11,6 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from folding_schemas.results import CheckpointRestored, RunInfo
+
 from folding_client.assembly import Cast, make_cast, make_worker
 from folding_client.connection import ServerAddress
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
@@ -20,7 +22,6 @@ from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import FORMAT, Recorder
 from folding_client.server import FoldingServer
 from folding_client.settings import ROLES, Settings
-from folding_schemas.results import CheckpointRestored, RunInfo
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,10 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
     about = folder.description()
     recorded = Path(about["sequence"]["folder"])
     if sequence is not None and sequence.expanduser().resolve() != recorded:
-        message = f"{path} is a run of {recorded}, not of {sequence}; resume it without a sequence, or start a new run."
+        message = (
+            f"{path} is a run of {recorded}, not of {sequence}; resume it without a sequence, or start "
+            "a new run."
+        )
         raise UsageError(message)
     if about["outcome"]["status"] == "complete":
         message = f"{path} is complete already; start a new run to do it again."
@@ -84,8 +88,10 @@ def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Setting
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
     for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
         if name in given and given[name] != getattr(before, name):
-            message = (f"{path} was made with {name} {getattr(before, name)}, not {given[name]}; "
-                       f"resume it without that option, or start a new run.")
+            message = (
+                f"{path} was made with {name} {getattr(before, name)}, not {given[name]}; "
+                f"resume it without that option, or start a new run."
+            )
             raise UsageError(message)
     return Settings.model_validate(recorded["given"] | {name: _plain(value) for name, value in given.items()})
 
@@ -124,7 +130,9 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
         recorder.close()
 
 
-async def _worked(job: Job, cast: Cast, server: FoldingServer, recorder: Recorder, progress: Progress) -> Outcome:
+async def _worked(
+    job: Job, cast: Cast, server: FoldingServer, recorder: Recorder, progress: Progress
+) -> Outcome:
     info = await _opened(job, server, recorder)
     worker = make_worker(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
     try:
@@ -173,7 +181,9 @@ async def _save_what_is_there(server: FoldingServer, recorder: Recorder) -> None
 
 def _ended(recorder: Recorder, status: str, reason: str, info: RunInfo | None = None) -> Outcome:
     before = recorder.about.get("outcome", {})
-    saved, frames = (len(info.saved), info.frames) if info else (before.get("frames_saved", 0), before.get("frames", 0))
+    saved, frames = (
+        (len(info.saved), info.frames) if info else (before.get("frames_saved", 0), before.get("frames", 0))
+    )
     recorder.event("ended", status=status, reason=reason)
     recorder.outcome(status, reason, saved, frames)
     return Outcome(status, reason, recorder.about)
@@ -197,12 +207,18 @@ def _about(job: Job) -> dict[str, Any]:
     if job.resumes:
         return job.folder.description() | {"settings": job.settings.described()}
     roles = {role: job.settings.role(role) for role in ROLES}
-    return {"format": FORMAT, "created": datetime.now(UTC).isoformat(),
-            "sequence": {"name": job.name, "folder": str(job.sequence)}, "models": roles,
-            "settings": job.settings.described(), "versions": versions()}
+    return {
+        "format": FORMAT,
+        "created": datetime.now(UTC).isoformat(),
+        "sequence": {"name": job.name, "folder": str(job.sequence)},
+        "models": roles,
+        "settings": job.settings.described(),
+        "versions": versions(),
+    }
 
 
 def versions() -> dict[str, str]:
     """The versions of what takes part in a run."""
     return {name: version(name) for name in ("foldingagent-mcp", "mcp", "litellm")} | {
-        "python": platform.python_version()}
+        "python": platform.python_version()
+    }

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-from folding_client.messages import JsonObject, ToolResult
 from folding_schemas.results import ActionResult, AttemptCommitted, CheckpointSaved, RunInfo
 from folding_schemas.state import FoldedState
+
+from folding_client.messages import JsonObject, ToolResult
 
 ACTIONS = frozenset({"add_vertex", "fold", "unfold", "rotate", "flip"})
 
@@ -32,8 +33,9 @@ class Standing:
         return replace(self, pending=0) if tool == "restore_checkpoint" else self
 
 
-def carried_out(tool: str, arguments: JsonObject, before: Standing, now: RunInfo,
-                state: JsonObject) -> ToolResult | None:
+def carried_out(
+    tool: str, arguments: JsonObject, before: Standing, now: RunInfo, state: JsonObject
+) -> ToolResult | None:
     """The answer that the server owed if it had carried the call out, None if the call must be sent (again).
 
     What only reads, and a restore, can be sent again in any case.
@@ -45,18 +47,29 @@ def carried_out(tool: str, arguments: JsonObject, before: Standing, now: RunInfo
     elif tool == "save_checkpoint" and _was_saved(arguments["frame"], before, now):
         answer = _saved(arguments["frame"], now)
     elif tool == "commit_attempt" and now.locked_to >= arguments["frame"]:
-        answer = AttemptCommitted(frame=arguments["frame"], attempt=arguments["attempt"], locked_to=now.locked_to,
-                                  next_frame=now.next_frame, complete=now.complete,
-                                  state=FoldedState.model_validate(state["state"]))
+        answer = AttemptCommitted(
+            frame=arguments["frame"],
+            attempt=arguments["attempt"],
+            locked_to=now.locked_to,
+            next_frame=now.next_frame,
+            complete=now.complete,
+            state=FoldedState.model_validate(state["state"]),
+        )
     return None if answer is None else ToolResult(answer.model_dump_json(), answer.model_dump(mode="json"))
 
 
 def _action(tool: str, now: RunInfo, state: JsonObject) -> ActionResult:
     frame = now.next_frame
-    return ActionResult(run_id=now.run_id, summary=f"{tool} was carried out; the server was restarted since.",
-                        new_vertices=[], new_faces=[], moved_faces=[], frame=frame,
-                        attempt=None if frame is None else now.attempts.get(frame),
-                        state=FoldedState.model_validate(state["state"]))
+    return ActionResult(
+        run_id=now.run_id,
+        summary=f"{tool} was carried out; the server was restarted since.",
+        new_vertices=[],
+        new_faces=[],
+        moved_faces=[],
+        frame=frame,
+        attempt=None if frame is None else now.attempts.get(frame),
+        state=FoldedState.model_validate(state["state"]),
+    )
 
 
 def _was_saved(frame: int, before: Standing, now: RunInfo) -> bool:
@@ -66,5 +79,10 @@ def _was_saved(frame: int, before: Standing, now: RunInfo) -> bool:
 
 def _saved(frame: int, now: RunInfo) -> CheckpointSaved:
     steps = now.program.steps
-    return CheckpointSaved(frame=frame, actions=list(steps[frame - 2]) if 1 < frame <= len(steps) + 1 else [],
-                           next_frame=now.next_frame, remaining=now.frames - len(now.saved), complete=now.complete)
+    return CheckpointSaved(
+        frame=frame,
+        actions=list(steps[frame - 2]) if 1 < frame <= len(steps) + 1 else [],
+        next_frame=now.next_frame,
+        remaining=now.frames - len(now.saved),
+        complete=now.complete,
+    )

@@ -61,8 +61,9 @@ def exchanges(events: Iterable[Event]) -> Iterator[Exchange]:
 
 
 async def replay(path: Path, sequence: Path | None = None) -> Replay:
-    """Send a run's calls to a fresh server, in order, and compare the answers. UsageError if there is no such run,
-    ServerGone if the server does not hold out."""
+    """Send a run's calls to a fresh server, in order, and compare the answers. UsageError if there is no such
+    run, ServerGone if the server does not hold out.
+    """
     folder = RunFolder(path.expanduser().resolve())
     photos = sequence.expanduser().resolve() if sequence else Path(folder.description()["sequence"]["folder"])
     found = list(exchanges(read_events(folder.events)))
@@ -105,9 +106,15 @@ def difference(recorded: Event, result: ToolResult) -> str | None:
     """The first thing in which a result differs from the recorded one, None if it is the same."""
     if recorded["is_error"] != result.is_error:
         now = "refused" if result.is_error else "carried out"
-        return f"was {'refused' if recorded['is_error'] else 'carried out'}, is now {now}: {result.text[:200]}"
+        return (
+            f"was {'refused' if recorded['is_error'] else 'carried out'}, is now {now}: {result.text[:200]}"
+        )
     if result.is_error:
-        return None if recorded["text"] == result.text else f"was refused with {recorded['text']!r}, now {result.text!r}"
+        return (
+            None
+            if recorded["text"] == result.text
+            else f"was refused with {recorded['text']!r}, now {result.text!r}"
+        )
     if where := _first_difference(recorded["structured"], result.structured):
         return where
     pictures = [picture_name(picture) for picture in result.pictures]
@@ -119,11 +126,24 @@ def _first_difference(before: Any, now: Any, where: str = "answer") -> str | Non
     """Where two JSON values part, leaving out run ids and differences of numbers below the tolerance."""
     if isinstance(before, dict) and isinstance(now, dict):
         keys = sorted(before.keys() | now.keys() - {"run_id"})
-        return next((found for key in keys if key != "run_id" and (
-            found := _first_difference(before.get(key), now.get(key), f"{where}.{key}"))), None)
+        return next(
+            (
+                found
+                for key in keys
+                if key != "run_id"
+                and (found := _first_difference(before.get(key), now.get(key), f"{where}.{key}"))
+            ),
+            None,
+        )
     if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        return next((found for index, pair in enumerate(zip(before, now, strict=True)) if (
-            found := _first_difference(*pair, f"{where}[{index}]"))), None)
+        return next(
+            (
+                found
+                for index, pair in enumerate(zip(before, now, strict=True))
+                if (found := _first_difference(*pair, f"{where}[{index}]"))
+            ),
+            None,
+        )
     if isinstance(before, float) and isinstance(now, float | int) and abs(before - now) <= TOLERANCE:
         return None
     return None if before == now else f"{where}: was {before!r}, is {now!r}"

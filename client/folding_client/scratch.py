@@ -3,10 +3,11 @@
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 
-from folding_client.interrupts import ToolRefused
-from folding_client.server import FoldingServer
 from folding_schemas.actions import Action
 from folding_schemas.results import CheckpointRestored, CheckpointSaved, Comparison, RunInfo
+
+from folding_client.interrupts import ToolRefused
+from folding_client.server import FoldingServer
 
 
 @asynccontextmanager
@@ -22,7 +23,9 @@ async def scratch_run(server: FoldingServer, info: RunInfo) -> AsyncIterator[Non
 
 
 async def walk(server: FoldingServer, steps: Sequence[Sequence[Action]]) -> None:
-    """Carry out the steps of a program from the flat sheet, saving each frame. ToolRefused if one is refused."""
+    """Carry out the steps of a program from the flat sheet, saving each frame. ToolRefused if one is
+    refused.
+    """
     await server.ask(CheckpointSaved, "save_checkpoint", frame=1)
     for frame, actions in enumerate(steps, start=2):
         await carry_out(server, actions)
@@ -38,8 +41,9 @@ async def carry_out(server: FoldingServer, actions: Sequence[Action]) -> None:
 
 
 async def agreement_of(server: FoldingServer, frame: int, actions: Sequence[Action]) -> float | None:
-    """How well the actions from checkpoint ``frame - 1`` explain the photo, None if they cannot be carried out;
-    the checkpoint is restored afterwards."""
+    """How well the actions from checkpoint ``frame - 1`` explain the photo, None if they cannot be carried
+    out; the checkpoint is restored afterwards.
+    """
     try:
         await carry_out(server, actions)
         comparison, _ = await server.ask(Comparison, "compare_to_frame", frame=frame)

@@ -1,7 +1,12 @@
-"""The selector: which of the attempts comes closest, when the budget of a frame is spent (paper, "Selector")?"""
+"""The selector: which of the attempts comes closest, when the budget of a frame is spent (paper,
+"Selector")?
+"""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol
+
+from folding_prompts import prompt
+from folding_schemas.results import AttemptList, FrameView
 
 from folding_client.interrupts import ReplyUnreadable, ToolRefused
 from folding_client.messages import Picture, system, user
@@ -10,8 +15,6 @@ from folding_client.scratch import agreement_of, scratch_run, walk
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_label
 from folding_client.voice import Voice
-from folding_prompts import prompt
-from folding_schemas.results import AttemptList, FrameView
 
 
 @dataclass(frozen=True)
@@ -42,13 +45,17 @@ class GeometricSelector:
         info = await self._server.where()
         async with scratch_run(self._server, info):
             await walk(self._server, info.program.steps[: attempts.frame - 2])
-            found = [(attempt, await agreement_of(self._server, attempts.frame, attempt.actions))
-                     for attempt in attempts.attempts]
+            found = [
+                (attempt, await agreement_of(self._server, attempts.frame, attempt.actions))
+                for attempt in attempts.attempts
+            ]
         if not found:
             message = f"There is no attempt at frame {attempts.frame} to choose from."
             raise ToolRefused(message)
         best, agreement = max(found, key=lambda pair: -1.0 if pair[1] is None else pair[1])
-        measured = "none of the attempts can be carried out" if agreement is None else f"agreement {agreement:.4f}"
+        measured = (
+            "none of the attempts can be carried out" if agreement is None else f"agreement {agreement:.4f}"
+        )
         return Choice(best.attempt, "geometric", f"{best.label}: {measured}")
 
 
@@ -63,14 +70,20 @@ class ModelSelector:
         """The attempt that the model names."""
         _, photo = await self._server.ask(FrameView, "view_frame", frame=attempts.frame)
         labels = ", ".join(f"B{index}" for index in range(1, len(attempts.attempts) + 1))
-        messages = [system(prompt("selector/system")),
-                    user(prompt("selector/user", labels=labels), (*photo, *diagrams))]
+        messages = [
+            system(prompt("selector/system")),
+            user(prompt("selector/user", labels=labels), (*photo, *diagrams)),
+        ]
         for _ in range(2):
             reply = await self._voice.query(messages)
             try:
                 label = read_label(reply.text, len(attempts.attempts))
             except ReplyUnreadable as reason:
-                messages = [*messages, spoken(reply), user(prompt("selector/again", reason=str(reason), labels=labels))]
+                messages = [
+                    *messages,
+                    spoken(reply),
+                    user(prompt("selector/again", reason=str(reason), labels=labels)),
+                ]
                 continue
             return Choice(attempts.attempts[label - 1].attempt, "model", f"B{label}")
         choice = await GeometricSelector(self._server).choose(attempts, diagrams)

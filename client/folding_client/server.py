@@ -5,6 +5,9 @@ import time
 from collections.abc import Mapping
 from typing import Any, TextIO, TypeVar
 
+from folding_schemas.actions import Action
+from folding_schemas.base import Wire
+from folding_schemas.results import RunInfo
 from mcp import MCPError
 from mcp.types import CallToolResult, ImageContent, TextContent
 from pydantic import ValidationError
@@ -15,9 +18,6 @@ from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, T
 from folding_client.record.recorder import Recorder
 from folding_client.recovery import Standing, carried_out
 from folding_client.subjects import subject_of
-from folding_schemas.actions import Action
-from folding_schemas.base import Wire
-from folding_schemas.results import RunInfo
 
 Answer = TypeVar("Answer", bound=Wire)
 
@@ -25,8 +25,8 @@ Answer = TypeVar("Answer", bound=Wire)
 class FoldingServer:
     """Calls the tools of a folding server for one run, which every call names.
 
-    A server that dies is started again once and the run goes on from its store; the call that it took with it is
-    sent again unless the store shows that it was carried out. ServerGone if it dies twice in a row.
+    A server that dies is started again once and the run goes on from its store; the call that it took with it
+    is sent again unless the store shows that it was carried out. ServerGone if it dies twice in a row.
     """
 
     def __init__(self, address: ServerAddress, recorder: Recorder, log: TextIO) -> None:
@@ -44,10 +44,18 @@ class FoldingServer:
         return self._connection.server_version
 
     def specs(self) -> list[ToolSpec]:
-        """Every tool of the server as it can be offered to a model: without ``run_id``, which the client fills in."""
-        return [ToolSpec(tool.name, tool.description or "", _without_run_id(tool.input_schema),
-                         bool(tool.annotations and tool.annotations.read_only_hint))
-                for tool in self._connection.tools]
+        """Every tool of the server as it can be offered to a model: without ``run_id``, which the client
+        fills in.
+        """
+        return [
+            ToolSpec(
+                tool.name,
+                tool.description or "",
+                _without_run_id(tool.input_schema),
+                bool(tool.annotations and tool.annotations.read_only_hint),
+            )
+            for tool in self._connection.tools
+        ]
 
     async def start(self) -> None:
         """Connect. ServerGone if the server does not start."""
@@ -77,19 +85,26 @@ class FoldingServer:
         arguments = action.model_dump(mode="json", exclude_none=True, exclude={"action"})
         return await self.call(action.action, arguments)
 
-    async def ask(self, kind: type[Answer], tool: str, **arguments: object) -> tuple[Answer, tuple[Picture, ...]]:
-        """A call of the client's own: its answer as a model, with its pictures. ToolRefused if it is refused."""
+    async def ask(
+        self, kind: type[Answer], tool: str, **arguments: object
+    ) -> tuple[Answer, tuple[Picture, ...]]:
+        """A call of the client's own: its answer as a model, with its pictures. ToolRefused if it is
+        refused.
+        """
         result = await self.call(tool, arguments)
         if result.is_error:
             raise ToolRefused(result.text)
         try:
             return kind.model_validate(result.structured), result.pictures
         except ValidationError as error:
-            message = f"The folding server's answer to {tool} is not a {kind.__name__}: {error.errors()[0]['msg']}."
+            message = (
+                f"The folding server's answer to {tool} is not a {kind.__name__}: {error.errors()[0]['msg']}."
+            )
             raise ServerGone(message) from error
 
-    async def call(self, name: str, arguments: Mapping[str, Any], by: str = "client",
-                   call: ToolCall | None = None) -> ToolResult:
+    async def call(
+        self, name: str, arguments: Mapping[str, Any], by: str = "client", call: ToolCall | None = None
+    ) -> ToolResult:
         """Call a tool on behalf of the agent or the client. ServerGone if the server died twice in a row."""
         full = dict(arguments) if self.run_id is None else {**arguments, "run_id": self.run_id}
         while True:
@@ -118,7 +133,9 @@ class FoldingServer:
             raise ServerGone(message) from error
 
     async def _recover(self, why: str, name: str, arguments: JsonObject) -> ToolResult | None:
-        """Start the server again and see what became of the call it died on; None if it must be sent again."""
+        """Start the server again and see what became of the call it died on; None if it must be sent
+        again.
+        """
         self._losses += 1
         self._recorder.event("server_lost", reason=why, call=name, in_a_row=self._losses)
         if self._losses > 1:
@@ -151,8 +168,10 @@ def tool_result(answer: CallToolResult, name: str, arguments: JsonObject) -> Too
     """A tool's answer as the client knows it, its pictures named by what they show."""
     texts = [block.text for block in answer.content if isinstance(block, TextContent)]
     images = [block for block in answer.content if isinstance(block, ImageContent)]
-    pictures = tuple(Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))
-                     for index, image in enumerate(images))
+    pictures = tuple(
+        Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))
+        for index, image in enumerate(images)
+    )
     return ToolResult("\n".join(texts), answer.structured_content, pictures, bool(answer.is_error))
 
 

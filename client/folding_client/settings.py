@@ -12,8 +12,10 @@ ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
 
 
 class Settings(BaseModel):
-    """Everything that shapes a run beside its sequence. Critic, overview critic and selector default to the kind of the
-    agent: geometric for the geometric model, else the agent's own model (paper, section "Implementation Details")."""
+    """Everything that shapes a run beside its sequence. Critic, overview critic and selector default to the
+    kind of the agent: geometric for the geometric model, else the agent's own model (paper, section
+    "Implementation Details").
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

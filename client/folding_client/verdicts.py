@@ -1,13 +1,15 @@
-"""Strict reading of what critics and selectors write: the form asked for, or ``ReplyUnreadable`` with the reason."""
+"""Strict reading of what critics and selectors write: the form asked for, or ``ReplyUnreadable`` with the
+reason.
+"""
 
 import json
 import re
 from typing import TypeVar
 
+from folding_schemas.results import Verdict
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from folding_client.interrupts import ReplyUnreadable
-from folding_schemas.results import Verdict
 
 _FENCE = re.compile(r"\A```(?:json)?\s*\n(.*)\n```\Z", re.DOTALL)
 _LABEL = re.compile(r"\bB(\d+)\b")

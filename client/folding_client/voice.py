@@ -24,10 +24,17 @@ class Voice:
         totals = self._recorder.totals.get(self.role)
         return totals.queries if totals else 0
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec] = (), new_from: int = 0) -> Reply:
-        """The model's reply. QueriesUsedUp before a query beyond the limit; what the model raises is recorded."""
+    async def query(
+        self, messages: Sequence[Message], tools: Sequence[ToolSpec] = (), new_from: int = 0
+    ) -> Reply:
+        """The model's reply. QueriesUsedUp before a query beyond the limit; what the model raises is
+        recorded.
+        """
         if self._limit is not None and self.queries >= self._limit:
-            message = f"The limit of {self._limit} queries for a sequence is reached; resume with a higher --max-queries."
+            message = (
+                f"The limit of {self._limit} queries for a sequence is reached; resume with a higher "
+                "--max-queries."
+            )
             raise QueriesUsedUp(message)
         self._recorder.request(self.role, messages, new_from)
         started = time.monotonic()

@@ -9,18 +9,22 @@ MOST_CACHE_MARKS = 4
 
 
 class Anthropic(Provider):
-    """Checks that thinking comes back as it was signed, that results follow their calls, and the cache marks."""
+    """Checks that thinking comes back as it was signed, that results follow their calls, and the
+    cache marks.
+    """
 
     def __init__(self, *turns: Any) -> None:
         super().__init__(*turns)
         self.said: list[list[Body]] = []
 
     def check(self, path: str, body: Body) -> None:
-        """Raise AssertionError if the request breaks the messages API's rules, or alters what the model said."""
+        """Raise AssertionError if the request breaks the messages API's rules, or alters what the
+        model said.
+        """
         assert path == "/v1/messages", path
         assert body["max_tokens"] > body.get("thinking", {}).get("budget_tokens", 0)
         replies = [message["content"] for message in body["messages"] if message["role"] == "assistant"]
-        for sent, said in zip(replies, self.said[len(self.said) - len(replies):], strict=True):
+        for sent, said in zip(replies, self.said[len(self.said) - len(replies) :], strict=True):
             assert [_plain(block) for block in sent] == said, "a reply comes back as it was"
         _check_results(body["messages"])
         marks = str(body["messages"]).count("cache_control") + str(body.get("system")).count("cache_control")
@@ -33,14 +37,27 @@ class Anthropic(Provider):
             content.append({"type": "thinking", "thinking": turn.thinking, "signature": f"signed-{number}"})
         if turn.text:
             content.append({"type": "text", "text": turn.text})
-        content += [{"type": "tool_use", "id": f"toolu_{number}_{index}", "name": name, "input": given}
-                    for index, (name, given) in enumerate(turn.calls)]
+        content += [
+            {"type": "tool_use", "id": f"toolu_{number}_{index}", "name": name, "input": given}
+            for index, (name, given) in enumerate(turn.calls)
+        ]
         self.said.append(content)
-        usage = {"input_tokens": 900, "output_tokens": 60, "cache_read_input_tokens": turn.cached,
-                 "cache_creation_input_tokens": 0}
-        return {"id": f"msg_{number}", "type": "message", "role": "assistant", "model": "claude-sonnet-4-5",
-                "content": content, "stop_reason": turn.finish or ("tool_use" if turn.calls else "end_turn"),
-                "stop_sequence": None, "usage": usage}
+        usage = {
+            "input_tokens": 900,
+            "output_tokens": 60,
+            "cache_read_input_tokens": turn.cached,
+            "cache_creation_input_tokens": 0,
+        }
+        return {
+            "id": f"msg_{number}",
+            "type": "message",
+            "role": "assistant",
+            "model": "claude-sonnet-4-5",
+            "content": content,
+            "stop_reason": turn.finish or ("tool_use" if turn.calls else "end_turn"),
+            "stop_sequence": None,
+            "usage": usage,
+        }
 
     def error(self, turn: Fails) -> Body:
         """Anthropic's form of an error."""

@@ -1,4 +1,6 @@
-"""A provider on a local port: it answers each request with the next turn of its script, and checks what it is sent."""
+"""A provider on a local port: it answers each request with the next turn of its script, and checks what it is
+sent.
+"""
 
 import json
 import socket
@@ -16,7 +18,8 @@ Body = dict[str, Any]
 
 @dataclass(frozen=True)
 class Says:
-    """A reply of the model: text, tool calls as (name, arguments), thinking; ``finish`` in the provider's words.
+    """A reply of the model: text, tool calls as (name, arguments), thinking; ``finish`` in the provider's
+    words.
 
     ``meanwhile`` is done before it is sent.
     """
@@ -81,8 +84,9 @@ class Provider:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
@@ -136,7 +140,9 @@ def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
                     time.sleep(turn.seconds)
                     self.close_connection = True
 
-        def _send(self, status: int, body: Body, headers: Mapping[str, str] | None = None, cut: int = 0) -> None:
+        def _send(
+            self, status: int, body: Body, headers: Mapping[str, str] | None = None, cut: int = 0
+        ) -> None:
             data = json.dumps(body).encode()
             data = data[: len(data) - cut]
             self.send_response(status)

@@ -1,6 +1,7 @@
 """Gemini's generateContent: function calls with thought signatures, images in function responses.
 
-Requests use the field names that litellm sends, which are the protocol's own; the service takes either spelling.
+Requests use the field names that litellm sends, which are the protocol's own; the service takes either
+spelling.
 """
 
 import base64
@@ -20,10 +21,17 @@ class Gemini(Provider):
     def check(self, path: str, body: Body) -> None:
         """Raise AssertionError if the request breaks generateContent's rules, or loses a signature."""
         assert ":generateContent" in path, path
-        sent = [part["thoughtSignature"] for content in body["contents"] if content["role"] == "model"
-                for part in content["parts"] if "function_call" in part and "thoughtSignature" in part]
-        calling = sum(any("function_call" in part for part in content["parts"]) for content in body["contents"])
-        assert len(sent) == calling and sent == self.signatures[len(self.signatures) - len(sent):], sent
+        sent = [
+            part["thoughtSignature"]
+            for content in body["contents"]
+            if content["role"] == "model"
+            for part in content["parts"]
+            if "function_call" in part and "thoughtSignature" in part
+        ]
+        calling = sum(
+            any("function_call" in part for part in content["parts"]) for content in body["contents"]
+        )
+        assert len(sent) == calling and sent == self.signatures[len(self.signatures) - len(sent) :], sent
         _check_responses(body["contents"])
 
     def answer(self, turn: Says, number: int) -> Body:
@@ -39,11 +47,24 @@ class Gemini(Provider):
                 part["thoughtSignature"] = base64.b64encode(f"signature-{number}".encode()).decode()
                 self.signatures.append(part["thoughtSignature"])
             parts.append(part)
-        usage = {"promptTokenCount": 800, "candidatesTokenCount": 40, "totalTokenCount": 860,
-                 "thoughtsTokenCount": 20, "cachedContentTokenCount": turn.cached}
-        return {"candidates": [{"content": {"role": "model", "parts": parts}, "index": 0,
-                                "finishReason": turn.finish or "STOP"}], "usageMetadata": usage,
-                "modelVersion": "gemini-2.5-pro"}
+        usage = {
+            "promptTokenCount": 800,
+            "candidatesTokenCount": 40,
+            "totalTokenCount": 860,
+            "thoughtsTokenCount": 20,
+            "cachedContentTokenCount": turn.cached,
+        }
+        return {
+            "candidates": [
+                {
+                    "content": {"role": "model", "parts": parts},
+                    "index": 0,
+                    "finishReason": turn.finish or "STOP",
+                }
+            ],
+            "usageMetadata": usage,
+            "modelVersion": "gemini-2.5-pro",
+        }
 
     def error(self, turn: Fails) -> Body:
         """Google's form of an error."""

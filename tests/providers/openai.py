@@ -28,14 +28,31 @@ class OpenAI(Provider):
         message: Body = {"role": "assistant", "content": turn.text or None}
         if turn.calls:
             message["tool_calls"] = [
-                {"id": f"call_{number}_{index}", "type": "function",
-                 "function": {"name": name, "arguments": given if isinstance(given, str) else json.dumps(given)}}
-                for index, (name, given) in enumerate(turn.calls)]
+                {
+                    "id": f"call_{number}_{index}",
+                    "type": "function",
+                    "function": {
+                        "name": name,
+                        "arguments": given if isinstance(given, str) else json.dumps(given),
+                    },
+                }
+                for index, (name, given) in enumerate(turn.calls)
+            ]
         finish = turn.finish or ("tool_calls" if turn.calls else "stop")
-        usage = {"prompt_tokens": 1000, "completion_tokens": 50, "total_tokens": 1050,
-                 "prompt_tokens_details": {"cached_tokens": turn.cached}}
-        return {"id": f"chatcmpl-{number}", "object": "chat.completion", "created": 0, "model": "gpt-4o",
-                "choices": [{"index": 0, "message": message, "finish_reason": finish}], "usage": usage}
+        usage = {
+            "prompt_tokens": 1000,
+            "completion_tokens": 50,
+            "total_tokens": 1050,
+            "prompt_tokens_details": {"cached_tokens": turn.cached},
+        }
+        return {
+            "id": f"chatcmpl-{number}",
+            "object": "chat.completion",
+            "created": 0,
+            "model": "gpt-4o",
+            "choices": [{"index": 0, "message": message, "finish_reason": finish}],
+            "usage": usage,
+        }
 
 
 def _check_messages(messages: list[Body]) -> None:

@@ -1,1 +1,3 @@
-"""The agent: query the model, execute its tool calls, append the results (paper, section "Agentic Framework")."""
+"""The agent: query the model, execute its tool calls, append the results (paper, section "Agentic
+Framework").
+"""

@@ -19,12 +19,16 @@ def checked_arguments(call: ToolCall, offered: Mapping[str, ToolSpec]) -> JsonOb
     properties = spec.schema.get("properties", {})
     if unknown := sorted(set(arguments) - set(properties)):
         allowed = ", ".join(properties) or "none"
-        message = f"{call.name} has no argument {', '.join(map(repr, unknown))}; its arguments are: {allowed}."
+        message = (
+            f"{call.name} has no argument {', '.join(map(repr, unknown))}; its arguments are: {allowed}."
+        )
         raise CallRefused(message)
     validator = jsonschema.Draft202012Validator(spec.schema)
     if error := jsonschema.exceptions.best_match(validator.iter_errors(arguments)):
         where = "/".join(str(part) for part in error.absolute_path)
-        message = f"The arguments of {call.name} do not fit{f' at {where}' if where else ''}: {error.message}."
+        message = (
+            f"The arguments of {call.name} do not fit{f' at {where}' if where else ''}: {error.message}."
+        )
         raise CallRefused(message)
     return arguments
 
@@ -33,7 +37,10 @@ def _parsed(call: ToolCall) -> JsonObject:
     try:
         arguments = json.loads(call.arguments or "{}")
     except ValueError as error:
-        message = f"The arguments of {call.name} are not JSON ({error}): {call.arguments[:200]!r}. Send one JSON object."
+        message = (
+            f"The arguments of {call.name} are not JSON ({error}): {call.arguments[:200]!r}. Send one "
+            "JSON object."
+        )
         raise CallRefused(message) from error
     if not isinstance(arguments, dict):
         message = f"The arguments of {call.name} are {call.arguments[:200]!r}; send one JSON object instead."

@@ -7,7 +7,9 @@ from folding_client.messages import Message, Picture
 
 
 class StepContext:
-    """The messages of a step, from a fresh start. ``frugal`` leaves out pictures that a newer one replaces."""
+    """The messages of a step, from a fresh start. ``frugal`` leaves out pictures that a newer one
+    replaces.
+    """
 
     def __init__(self, opening: Sequence[Message], *, frugal: bool) -> None:
         self._messages = list(opening)
@@ -35,8 +37,10 @@ class StepContext:
 def without_stale_pictures(messages: Sequence[Message]) -> list[Message]:
     """The messages with every picture left out of which a later message shows the same subject anew."""
     last = {picture.subject: index for index, message in enumerate(messages) for picture in message.pictures}
-    return [_without(message, {p.subject for p in message.pictures if last[p.subject] > index})
-            for index, message in enumerate(messages)]
+    return [
+        _without(message, {p.subject for p in message.pictures if last[p.subject] > index})
+        for index, message in enumerate(messages)
+    ]
 
 
 def _without(message: Message, stale: set[str]) -> Message:

@@ -1,6 +1,17 @@
-"""The agent's loop: query the model, execute its tool calls, append the results. Limits are checked in query."""
+"""The agent's loop: query the model, execute its tool calls, append the results. Limits are checked
+in query.
+"""
 
 from dataclasses import dataclass
+
+from folding_prompts import prompt
+from folding_schemas.results import (
+    AttemptCommitted,
+    AttemptList,
+    CheckpointRestored,
+    CheckpointState,
+    RunInfo,
+)
 
 from folding_client.agent.context import StepContext
 from folding_client.agent.opening import opening
@@ -20,14 +31,6 @@ from folding_client.record.recorder import Recorder
 from folding_client.selector import Selector
 from folding_client.server import FoldingServer
 from folding_client.voice import Voice
-from folding_prompts import prompt
-from folding_schemas.results import (
-    AttemptCommitted,
-    AttemptList,
-    CheckpointRestored,
-    CheckpointState,
-    RunInfo,
-)
 
 SILENT_REPLIES = 3
 """So many replies in a row without a tool call rewind the context to before them."""
@@ -47,8 +50,16 @@ class Agent:
 
     simulates = True
 
-    def __init__(self, voice: Voice, server: FoldingServer, toolbox: Toolbox, selector: Selector,
-                 recorder: Recorder, progress: Progress, habits: Habits) -> None:
+    def __init__(
+        self,
+        voice: Voice,
+        server: FoldingServer,
+        toolbox: Toolbox,
+        selector: Selector,
+        recorder: Recorder,
+        progress: Progress,
+        habits: Habits,
+    ) -> None:
         self._voice = voice
         self._server = server
         self._toolbox = toolbox
@@ -138,11 +149,16 @@ class Agent:
         return await self._toolbox.execute(call)
 
     def _skipped(self, call: ToolCall, failed: ToolCall | None) -> ToolResult | None:
-        """A call that would change the paper after an earlier call of the same reply failed is not carried out."""
+        """A call that would change the paper after an earlier call of the same reply failed is not carried
+        out.
+        """
         spec = self._toolbox.offered.get(call.name)
         if failed is None or spec is None or spec.read_only:
             return None
-        text = f"Not carried out, because {failed.name} before it in the same reply failed; look at its error first."
+        text = (
+            f"Not carried out, because {failed.name} before it in the same reply failed; look at its "
+            "error first."
+        )
         self._recorder.event("skipped", call=call.name, because_of=failed.name)
         return ToolResult(text, is_error=True)
 
@@ -167,7 +183,10 @@ class Agent:
     def _count_failure(self, why: str) -> None:
         self._failed += 1
         if self._failed >= self._habits.failures:
-            message = f"The step failed {self._failed} times in a row, the last time because {why}; resume to try again."
+            message = (
+                f"The step failed {self._failed} times in a row, the last time because {why}; resume to try "
+                "again."
+            )
             raise StepHopeless(message)
 
     async def _check_budget(self, call: ToolCall) -> None:
@@ -192,7 +211,9 @@ class Agent:
         self._progress.doing("choosing among the attempts")
         attempts, diagrams = await self._server.ask(AttemptList, "list_attempts", frame=frame)
         choice = await self._selector.choose(attempts, diagrams)
-        self._recorder.event("selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason)
+        self._recorder.event(
+            "selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason
+        )
         await self._server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
         self._history.clear()
 
@@ -200,5 +221,7 @@ class Agent:
         for frame in info.saved:
             known = self._history.get(frame)
             if known is None or (frame > 1 and tuple(known.actions) != info.program.steps[frame - 2]):
-                self._history[frame] = (await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame))[0]
+                self._history[frame] = (
+                    await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
+                )[0]
         return opening(info, list(self._toolbox.offered.values()), self._history, self._habits.examples)

@@ -1,10 +1,13 @@
-"""The tools on offer to the agent: the server's own, and ``ask_critic``, which the client answers (paper, "Tool
-Library")."""
+"""The tools on offer to the agent: the server's own, and ``ask_critic``, which the client answers (paper,
+"Tool Library").
+"""
 
 import json
 from dataclasses import asdict
 from typing import Any
 
+from folding_prompts import prompt
+from folding_schemas.results import ActionClass, CriticGrid
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from folding_client.agent.calls import checked_arguments
@@ -14,16 +17,27 @@ from folding_client.messages import JsonObject, ToolCall, ToolResult, ToolSpec
 from folding_client.overview import OverviewCritic
 from folding_client.record.recorder import Recorder
 from folding_client.server import FoldingServer
-from folding_prompts import prompt
-from folding_schemas.results import ActionClass, CriticGrid
 
 FAILURES_BEFORE_OVERVIEW = 3
 NOT_OFFERED = frozenset({"list_sequences", "open_run", "commit_attempt"})
 """Tools that would leave the run or take a decision that is the controller's."""
-PAPER_TOOLS = frozenset({
-    "add_vertex", "fold", "unfold", "rotate", "flip", "view_frame", "observe_movement", "get_current_state",
-    "render_current", "save_checkpoint", "restore_checkpoint", "get_checkpoint_state",
-    "generate_checkpoint_overview"})
+PAPER_TOOLS = frozenset(
+    {
+        "add_vertex",
+        "fold",
+        "unfold",
+        "rotate",
+        "flip",
+        "view_frame",
+        "observe_movement",
+        "get_current_state",
+        "render_current",
+        "save_checkpoint",
+        "restore_checkpoint",
+        "get_checkpoint_state",
+        "generate_checkpoint_overview",
+    }
+)
 """The tools that the paper's agent has, beside ``ask_critic``."""
 
 
@@ -34,16 +48,27 @@ class AskCritic(BaseModel):
 
     frame: int = Field(ge=2, description="The frame that the current state should match.")
     action_classes: list[ActionClass] = Field(
-        min_length=1, description="What happened between the frame before and this one, in order.")
+        min_length=1, description="What happened between the frame before and this one, in order."
+    )
     fold_anchor: FoldAnchor | None = Field(
-        default=None, description="Needed if a fold is among the classes: a relation by which it can be checked.")
+        default=None,
+        description="Needed if a fold is among the classes: a relation by which it can be checked.",
+    )
 
 
 class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say."""
 
-    def __init__(self, server: FoldingServer, critic: Critic, overview: OverviewCritic, recorder: Recorder,
-                 colors: tuple[str, str], *, paper_only: bool = False) -> None:
+    def __init__(
+        self,
+        server: FoldingServer,
+        critic: Critic,
+        overview: OverviewCritic,
+        recorder: Recorder,
+        colors: tuple[str, str],
+        *,
+        paper_only: bool = False,
+    ) -> None:
         self._server = server
         self._critic = critic
         self._overview = overview
@@ -52,7 +77,9 @@ class Toolbox:
         self._failures: dict[int, int] = {}
         hidden = {spec.name for spec in server.specs()} - PAPER_TOOLS if paper_only else NOT_OFFERED
         specs = [spec for spec in server.specs() if spec.name not in hidden]
-        specs.append(ToolSpec("ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True))
+        specs.append(
+            ToolSpec("ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True)
+        )
         self.offered = {spec.name: spec for spec in specs}
 
     async def execute(self, call: ToolCall) -> ToolResult:
@@ -85,8 +112,15 @@ class Toolbox:
     async def _ask_critic(self, arguments: JsonObject) -> ToolResult:
         asked = _asked(arguments)
         grid, pictures = await self._server.ask(CriticGrid, "critic_grid", frame=asked.frame)
-        case = CriticCase(asked.frame, tuple(asked.action_classes), asked.fold_anchor, grid.source_state,
-                          grid.candidate_state, pictures, self._colors)
+        case = CriticCase(
+            asked.frame,
+            tuple(asked.action_classes),
+            asked.fold_anchor,
+            grid.source_state,
+            grid.candidate_state,
+            pictures,
+            self._colors,
+        )
         judgement = await self._critic.judge(case)
         self._recorder.event("verdict", frame=asked.frame, **asdict(judgement))
         if judgement.verdict != "MATCH":
@@ -104,16 +138,22 @@ def _asked(arguments: JsonObject) -> AskCritic:
     except ValidationError as error:
         raise CallRefused(error.errors()[0]["msg"]) from error
     if "fold" in asked.action_classes and asked.fold_anchor is None:
-        message = "ask_critic needs a fold_anchor when a fold is among the action classes: say what moves, what " \
-                  "stays, and how the two lie to each other in the photo."
+        message = (
+            "ask_critic needs a fold_anchor when a fold is among the action classes: say what moves, what "
+            "stays, and how the two lie to each other in the photo."
+        )
         raise CallRefused(message)
     return asked
 
 
 def _verdict(judgement: Judgement, attempts: int) -> dict[str, Any]:
-    return {"critic_verdict": judgement.verdict or "NO VERDICT", "critic_analysis": judgement.analysis,
-            "critic_anchor_check": judgement.anchor_check, "critic_discrepancies": list(judgement.discrepancies),
-            "transition_attempt": attempts}
+    return {
+        "critic_verdict": judgement.verdict or "NO VERDICT",
+        "critic_analysis": judgement.analysis,
+        "critic_anchor_check": judgement.anchor_check,
+        "critic_discrepancies": list(judgement.discrepancies),
+        "transition_attempt": attempts,
+    }
 
 
 def _with_text(result: ToolResult, text: str) -> ToolResult:

@@ -9,8 +9,8 @@ from folding_client.messages import Message, Reply, ToolSpec
 class Model(Protocol):
     """A conversation partner: a provider's model, a script, or a search.
 
-    ``name`` is the id it was asked for by. ``query`` raises ``ProviderDown`` or ``ProviderRefused`` if there is no
-    reply to be had, ``ReplyUnreadable`` if there is one that cannot be read.
+    ``name`` is the id it was asked for by. ``query`` raises ``ProviderDown`` or ``ProviderRefused`` if there
+    is no reply to be had, ``ReplyUnreadable`` if there is one that cannot be read.
     """
 
     name: str

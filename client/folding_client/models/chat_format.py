@@ -1,7 +1,7 @@
 """Our conversations in the chat format that litellm translates for every provider.
 
-Providers differ in three places that matter here: whether a tool's result may hold pictures, what of a reply has to
-come back untouched (thinking blocks, thought signatures), and whether a cache has to be asked for.
+Providers differ in three places that matter here: whether a tool's result may hold pictures, what of a reply
+has to come back untouched (thinking blocks, thought signatures), and whether a cache has to be asked for.
 """
 
 import json
@@ -18,7 +18,9 @@ _CACHED = {"cache_control": {"type": "ephemeral"}}
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a provider wants a conversation. ``echoed`` are the fields of its replies that go back as they came."""
+    """How a provider wants a conversation. ``echoed`` are the fields of its replies that go back as they
+    came.
+    """
 
     pictures_in_results: bool = False
     cache_marks: bool = False
@@ -26,8 +28,12 @@ class Dialect:
     thinking: str | None = None
 
 
-ANTHROPIC = Dialect(pictures_in_results=True, cache_marks=True, echoed=("thinking_blocks",), thinking="budget")
-GEMINI = Dialect(pictures_in_results=True, echoed=("thinking_blocks", "provider_specific_fields"), thinking="budget")
+ANTHROPIC = Dialect(
+    pictures_in_results=True, cache_marks=True, echoed=("thinking_blocks",), thinking="budget"
+)
+GEMINI = Dialect(
+    pictures_in_results=True, echoed=("thinking_blocks", "provider_specific_fields"), thinking="budget"
+)
 OPENAI = Dialect(thinking="effort")
 
 _DIALECTS = {"anthropic": ANTHROPIC, "gemini": GEMINI, "vertex_ai": GEMINI, "vertex_ai_beta": GEMINI}
@@ -35,8 +41,9 @@ _OLDER_GEMINI = re.compile(r"gemini-[12](\D|$)")
 
 
 def dialect_of(provider: str, model: str) -> Dialect:
-    """The dialect of a litellm provider's model; providers not known better speak OpenAI's. Before version 3, Gemini
-    takes no pictures in results."""
+    """The dialect of a litellm provider's model; providers not known better speak OpenAI's. Before version 3,
+    Gemini takes no pictures in results.
+    """
     dialect = _DIALECTS.get(provider, OPENAI)
     return replace(dialect, pictures_in_results=False) if _OLDER_GEMINI.search(model) else dialect
 
@@ -44,8 +51,8 @@ def dialect_of(provider: str, model: str) -> Dialect:
 def chat_messages(messages: Sequence[Message], dialect: Dialect) -> Chat:
     """The conversation in chat format.
 
-    Where results cannot hold pictures, those of a reply's calls follow in one user message after all its results,
-    since the results must follow the reply without a gap.
+    Where results cannot hold pictures, those of a reply's calls follow in one user message after all its
+    results, since the results must follow the reply without a gap.
     """
     chat: Chat = []
     waiting: list[Message] = []
@@ -63,8 +70,13 @@ def chat_messages(messages: Sequence[Message], dialect: Dialect) -> Chat:
 
 def chat_tools(tools: Sequence[ToolSpec]) -> Chat:
     """The tools in chat format."""
-    return [{"type": "function", "function": {"name": tool.name, "description": tool.description,
-                                              "parameters": tool.schema}} for tool in tools]
+    return [
+        {
+            "type": "function",
+            "function": {"name": tool.name, "description": tool.description, "parameters": tool.schema},
+        }
+        for tool in tools
+    ]
 
 
 def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
@@ -72,8 +84,12 @@ def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
         return _reply(message, dialect)
     if message.role == "tool":
         shown = message.pictures if dialect.pictures_in_results else ()
-        return {"role": "tool", "tool_call_id": message.call_id, "name": message.tool,
-                "content": _content(f"Error: {message.text}" if message.is_error else message.text, shown)}
+        return {
+            "role": "tool",
+            "tool_call_id": message.call_id,
+            "name": message.tool,
+            "content": _content(f"Error: {message.text}" if message.is_error else message.text, shown),
+        }
     return {"role": message.role, "content": _content(message.text, message.pictures)}
 
 
@@ -83,19 +99,25 @@ def _reply(message: Message, dialect: Dialect) -> JsonObject:
     reply |= {name: native[name] for name in dialect.echoed if native.get(name)}
     if message.tool_calls:
         extras = {call["id"]: call.get("provider_specific_fields") for call in native.get("tool_calls") or []}
-        reply["tool_calls"] = [_call(call, extras.get(call.id) if dialect.echoed else None)
-                               for call in message.tool_calls]
+        reply["tool_calls"] = [
+            _call(call, extras.get(call.id) if dialect.echoed else None) for call in message.tool_calls
+        ]
     return reply
 
 
 def _call(call: ToolCall, extras: JsonObject | None) -> JsonObject:
-    entry: JsonObject = {"id": call.id, "type": "function",
-                         "function": {"name": call.name, "arguments": _valid(call.arguments)}}
+    entry: JsonObject = {
+        "id": call.id,
+        "type": "function",
+        "function": {"name": call.name, "arguments": _valid(call.arguments)},
+    }
     return entry | {"provider_specific_fields": extras} if extras else entry
 
 
 def _valid(arguments: str) -> str:
-    """Arguments as they may be sent back: providers refuse a conversation that holds anything but an object here."""
+    """Arguments as they may be sent back: providers refuse a conversation that holds anything but an object
+    here.
+    """
     try:
         return arguments if isinstance(json.loads(arguments), dict) else "{}"
     except ValueError:
@@ -114,13 +136,19 @@ def _picture(picture: Picture) -> JsonObject:
 
 def _pictures_of(results: Sequence[Message]) -> JsonObject:
     pictures = [picture for result in results for picture in result.pictures]
-    names = "; ".join(f"{result.tool}: {', '.join(picture.subject for picture in result.pictures)}"
-                      for result in results)
-    return {"role": "user", "content": _content(f"The pictures of these results, in order: {names}.", pictures)}
+    names = "; ".join(
+        f"{result.tool}: {', '.join(picture.subject for picture in result.pictures)}" for result in results
+    )
+    return {
+        "role": "user",
+        "content": _content(f"The pictures of these results, in order: {names}.", pictures),
+    }
 
 
 def _with_cache_marks(chat: Chat) -> Chat:
-    """Ask for the cache to keep the system prompt, the step's opening, and everything up to the last message."""
+    """Ask for the cache to keep the system prompt, the step's opening, and everything up to the last
+    message.
+    """
     marked = {0, min(1, len(chat) - 1), len(chat) - 1}
     return [_marked(message) if index in marked else message for index, message in enumerate(chat)]
 

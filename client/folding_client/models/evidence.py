@@ -1,4 +1,6 @@
-"""What the geometric search has seen so far: proposals and trials by frame and by the steps they grew from."""
+"""What the geometric search has seen so far: proposals and trials by frame and by the steps they
+grew from.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -40,7 +42,9 @@ class Retreat:
 
 @dataclass
 class Memory:
-    """Proposals and trials, what is planned for coming frames, and how often each frame sent the search back."""
+    """Proposals and trials, what is planned for coming frames, and how often each frame sent the
+    search back.
+    """
 
     proposals: dict[tuple[int, Lineage], tuple[Proposal, ...]] = field(default_factory=dict)
     trials: list[Trial] = field(default_factory=list)
@@ -50,26 +54,34 @@ class Memory:
     def untried(self, frame: int, lineage: Lineage) -> list[Proposal]:
         """The proposals for a frame that were not carried out from there yet, best first."""
         tried = {trial.actions for trial in self.trials if (trial.frame, trial.lineage) == (frame, lineage)}
-        return [proposal for proposal in self.proposals.get((frame, lineage), ())
-                if tuple(proposal.actions) not in tried]
+        return [
+            proposal
+            for proposal in self.proposals.get((frame, lineage), ())
+            if tuple(proposal.actions) not in tried
+        ]
 
     def visited(self, frame: int) -> bool:
         """Whether anything was tried at the frame."""
         return any(trial.frame == frame for trial in self.trials)
 
     def best(self, frame: int) -> Trial | None:
-        """The trial at the frame that agreed best, the earliest of equals; None if none could be carried out."""
+        """The trial at the frame that agreed best, the earliest of equals; None if none could be
+        carried out.
+        """
         done = [trial for trial in self.trials if trial.frame == frame and trial.agreement >= 0]
         return max(done, key=lambda trial: trial.agreement, default=None)
 
     def retreat(self, info: RunInfo) -> Retreat | None:
-        """The rival explanation of an earlier, open frame that is nearest to the one chosen; None if there is none
-        left, or the frame at hand has sent the search back often enough."""
+        """The rival explanation of an earlier, open frame that is nearest to the one chosen; None if there is
+        none left, or the frame at hand has sent the search back often enough.
+        """
         frame = info.next_frame or 0
         if self.retreats.get(frame, 0) >= RETREATS:
             return None
         first = max(info.locked_to + 1, frame - LOOK_BACK, 2)
-        rivals = [rival for earlier in range(frame - 1, first - 1, -1) for rival in self._rivals(earlier, info)]
+        rivals = [
+            rival for earlier in range(frame - 1, first - 1, -1) for rival in self._rivals(earlier, info)
+        ]
         if not rivals:
             return None
         self.retreats[frame] = self.retreats.get(frame, 0) + 1
@@ -83,8 +95,11 @@ class Memory:
             return []
         known = {tuple(p.actions): p.agreement for p in self.proposals.get((frame, lineage), ())}
         reached = known.get(chosen, max(known.values(), default=0.0))
-        return [(reached - rival.agreement, Retreat(frame, tuple(rival.actions)))
-                for rival in self.untried(frame, lineage) if reached - rival.agreement <= NEAR]
+        return [
+            (reached - rival.agreement, Retreat(frame, tuple(rival.actions)))
+            for rival in self.untried(frame, lineage)
+            if reached - rival.agreement <= NEAR
+        ]
 
 
 def lineage_of(info: RunInfo, frame: int) -> Lineage:

@@ -1,21 +1,22 @@
-"""The default model: no key, no network. It drives the same tools as a vision-language model would, by search.
+"""The default model: no key, no network. It drives the same tools as a vision-language model would, by
+search.
 
-For each frame it asks the server for proposals, carries the best one out and compares the result with the photo.
-A match is saved. If nothing matches, an earlier frame may have been misread: the model goes back to one whose second
-best explanation was nearly as good, takes that one, and works forward again. What it tries stays within the budget
-of attempts; when that is spent, the loop lets the selector choose.
+For each frame it asks the server for proposals, carries the best one out and compares the result with the
+photo. A match is saved. If nothing matches, an earlier frame may have been misread: the model goes back to
+one whose second best explanation was nearly as good, takes that one, and works forward again. What it tries
+stays within the budget of attempts; when that is spent, the loop lets the selector choose.
 """
 
 import json
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 
+from folding_schemas.results import Comparison, Proposals, RunInfo
 from pydantic import ValidationError
 
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec
 from folding_client.models.evidence import Actions, Memory, Trial, common_length, lineage_of
-from folding_schemas.results import Comparison, Proposals, RunInfo
 
 Calls = list[tuple[str, dict[str, object]]]
 Step = Generator[Calls, list[Message], None]
@@ -51,8 +52,10 @@ class GeometricModel:
 
     def _reply(self, calls: Calls) -> Reply:
         self._asked += 1
-        made = tuple(ToolCall(f"geometric_{self._asked}_{index}", name, json.dumps(arguments))
-                     for index, (name, arguments) in enumerate(calls, start=1))
+        made = tuple(
+            ToolCall(f"geometric_{self._asked}_{index}", name, json.dumps(arguments))
+            for index, (name, arguments) in enumerate(calls, start=1)
+        )
         return Reply(tool_calls=made, finish_reason="tool_calls")
 
     def _work(self) -> Step:
@@ -97,8 +100,10 @@ class GeometricModel:
             return
         best = self._memory.best(info.next_frame or 0)
         if best is None:
-            message = (f"Nothing that the server proposes for frame {info.next_frame} can be carried out and compared"
-                       f"{self._trouble}; check its photo.")
+            message = (
+                f"Nothing that the server proposes for frame {info.next_frame} can be done and compared"
+                f"{self._trouble}; check its photo."
+            )
             raise StepHopeless(message)
         if best == last:
             yield _save(best)
@@ -120,14 +125,19 @@ class GeometricModel:
                 raise StepHopeless(message)
             self._memory.proposals[key] = tuple(Proposals.model_validate(answer.structured).proposals)
         best = max((proposal.agreement for proposal in self._memory.proposals[key]), default=0.0)
-        return [tuple(proposal.actions) for proposal in self._memory.untried(*key)
-                if proposal.agreement >= best - PLAUSIBLE]
+        return [
+            tuple(proposal.actions)
+            for proposal in self._memory.untried(*key)
+            if proposal.agreement >= best - PLAUSIBLE
+        ]
 
     def _try(self, info: RunInfo, actions: Actions) -> Generator[Calls, list[Message], Trial]:
         """Carry actions out, compare, and remember how it went."""
         frame = info.next_frame or 0
-        calls: Calls = [(action.action, action.model_dump(mode="json", exclude_none=True, exclude={"action"}))
-                        for action in actions]
+        calls: Calls = [
+            (action.action, action.model_dump(mode="json", exclude_none=True, exclude={"action"}))
+            for action in actions
+        ]
         *acted, compared = yield [*calls, ("compare_to_frame", {"frame": frame})]
         refusals = [result.text for result in (*acted, compared) if result.is_error]
         self._trouble = f" ({refusals[0]})" if refusals else self._trouble
@@ -146,15 +156,18 @@ class GeometricModel:
         if folds:
             edge = folds[-1].edge
             arguments["fold_anchor"] = {
-                "moving_element": f"the paper that turned over the line through vertices {edge[0]} and {edge[1]}",
+                "moving_element": f"the paper that turned over line {edge[0]}-{edge[1]}",
                 "static_reference": "the paper on the other side of that line",
-                "relationship": "the edge of what turned over lies where it lies in the diagram"}
+                "relationship": "the edge of what turned over lies where it lies in the diagram",
+            }
         (answer,) = yield [("ask_critic", arguments)]
         return not answer.is_error and (answer.structured or {}).get("critic_verdict") == "MATCH"
 
 
 def _classes(actions: Actions) -> list[str]:
-    return list(dict.fromkeys(action.action for action in actions if action.action != "add_vertex")) or ["none"]
+    return list(dict.fromkeys(action.action for action in actions if action.action != "add_vertex")) or [
+        "none"
+    ]
 
 
 def _restore(frame: int) -> Calls:
@@ -163,7 +176,9 @@ def _restore(frame: int) -> Calls:
 
 def _save(trial: Trial) -> Calls:
     verdict = "a match" if trial.matches else "not a match, the best of what was tried"
-    return [("save_checkpoint", {"frame": trial.frame, "notes": f"agreement {trial.agreement:.4f}, {verdict}"})]
+    return [
+        ("save_checkpoint", {"frame": trial.frame, "notes": f"agreement {trial.agreement:.4f}, {verdict}"})
+    ]
 
 
 def _comparison(message: Message) -> Comparison | None:
@@ -176,4 +191,4 @@ def _comparison(message: Message) -> Comparison | None:
 def _last_results(messages: Sequence[Message]) -> list[Message]:
     """The tool results since the last reply."""
     last = max(index for index, message in enumerate(messages) if message.role == "assistant")
-    return [message for message in messages[last + 1:] if message.role == "tool"]
+    return [message for message in messages[last + 1 :] if message.role == "tool"]

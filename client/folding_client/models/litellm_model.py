@@ -24,7 +24,9 @@ _GARBLED = "converting to valid response"
 
 @cache
 def litellm() -> ModuleType:
-    """litellm, imported when it is first needed, with its own copy of the price list and nothing said on stdout."""
+    """litellm, imported when it is first needed, with its own copy of the price list and nothing said on
+    stdout.
+    """
     os.environ["LITELLM_LOCAL_MODEL_COST_MAP"] = "True"
     import litellm as module
 
@@ -48,8 +50,9 @@ class LitellmModel:
         self._options = _options(self._id, settings, self._dialect)
 
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:
-        """The model's reply. ProviderDown when the retries are spent, ProviderRefused at once if they are useless,
-        ReplyUnreadable or ReplyCutOff if the provider answers with something that is no reply."""
+        """The model's reply. ProviderDown when the retries are spent, ProviderRefused at once if they are
+        useless, ReplyUnreadable or ReplyCutOff if the provider answers with something that is no reply.
+        """
         request = {"model": self._id, "messages": chat_messages(messages, self._dialect), **self._options}
         if tools:
             request["tools"] = chat_tools(tools)
@@ -65,14 +68,22 @@ def _provider(model: str) -> str:
     try:
         return str(module.get_llm_provider(model)[1])
     except module.exceptions.BadRequestError as error:
-        message = f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as gemini/NAME."
+        message = (
+            f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as "
+            "gemini/NAME."
+        )
         raise ProviderRefused(message) from error
 
 
 def _options(model: str, settings: Settings, dialect: Dialect) -> JsonObject:
     """What every query of a model carries; no retries inside litellm, so that ours are the only ones."""
-    options: JsonObject = {"timeout": settings.timeout, "max_tokens": settings.max_tokens, "num_retries": 0,
-                           "max_retries": 0, "drop_params": True}
+    options: JsonObject = {
+        "timeout": settings.timeout,
+        "max_tokens": settings.max_tokens,
+        "num_retries": 0,
+        "max_retries": 0,
+        "drop_params": True,
+    }
     if settings.api_base:
         options["api_base"] = settings.api_base
     if not litellm().supports_reasoning(model):
@@ -80,7 +91,9 @@ def _options(model: str, settings: Settings, dialect: Dialect) -> JsonObject:
     if dialect.thinking == "budget" and settings.thinking_budget:
         options["thinking"] = {"type": "enabled", "budget_tokens": settings.thinking_budget}
     elif dialect.thinking == "effort":
-        options["reasoning_effort"] = next((word for limit, word in _EFFORTS if settings.thinking_budget <= limit), "high")
+        options["reasoning_effort"] = next(
+            (word for limit, word in _EFFORTS if settings.thinking_budget <= limit), "high"
+        )
     return options
 
 
@@ -94,13 +107,23 @@ async def _send(request: JsonObject) -> Any:  # noqa: ANN401
         message = f"the conversation is longer than the model takes ({_reason(error)})"
         raise ReplyCutOff(message) from error
     except (errors.AuthenticationError, errors.PermissionDeniedError) as error:
-        message = f"The provider of {request['model']} refuses the key: {_reason(error)}. Check it, then resume."
+        message = (
+            f"The provider of {request['model']} refuses the key: {_reason(error)}. Check it, then resume."
+        )
         raise ProviderRefused(message) from error
     except errors.NotFoundError as error:
-        message = f"The provider does not know the model {request['model']}: {_reason(error)}. Check the name."
+        message = (
+            f"The provider does not know the model {request['model']}: {_reason(error)}. Check the name."
+        )
         raise ProviderRefused(message) from error
-    except (errors.RateLimitError, errors.InternalServerError, errors.ServiceUnavailableError, errors.Timeout,
-            errors.APIConnectionError, errors.BadGatewayError) as error:
+    except (
+        errors.RateLimitError,
+        errors.InternalServerError,
+        errors.ServiceUnavailableError,
+        errors.Timeout,
+        errors.APIConnectionError,
+        errors.BadGatewayError,
+    ) as error:
         raise Transient(_reason(error), _retry_after(error)) from error
     except errors.BadRequestError as error:
         if _GARBLED in str(error):
@@ -141,10 +164,18 @@ def _reply(response: Any) -> Reply:  # noqa: ANN401
         message = "the model wrote a tool call that its provider could not read"
         raise ReplyUnreadable(message)
     native = choice.message.model_dump(exclude_none=True)
-    calls = tuple(ToolCall(call["id"], call["function"].get("name") or "", call["function"].get("arguments") or "{}")
-                  for call in native.get("tool_calls") or [])
-    return Reply(native.get("content") or "", calls, native.get("reasoning_content") or "", reason,
-                 _usage(response), {name: native[name] for name in _ECHOED if native.get(name)})
+    calls = tuple(
+        ToolCall(call["id"], call["function"].get("name") or "", call["function"].get("arguments") or "{}")
+        for call in native.get("tool_calls") or []
+    )
+    return Reply(
+        native.get("content") or "",
+        calls,
+        native.get("reasoning_content") or "",
+        reason,
+        _usage(response),
+        {name: native[name] for name in _ECHOED if native.get(name)},
+    )
 
 
 def _usage(response: Any) -> Usage:  # noqa: ANN401
@@ -153,8 +184,13 @@ def _usage(response: Any) -> Usage:  # noqa: ANN401
         return Usage()
     read = getattr(usage, "prompt_tokens_details", None)
     written = getattr(usage, "completion_tokens_details", None)
-    return Usage(usage.prompt_tokens or 0, usage.completion_tokens or 0, getattr(read, "cached_tokens", None) or 0,
-                 getattr(written, "reasoning_tokens", None) or 0, _cost(response))
+    return Usage(
+        usage.prompt_tokens or 0,
+        usage.completion_tokens or 0,
+        getattr(read, "cached_tokens", None) or 0,
+        getattr(written, "reasoning_tokens", None) or 0,
+        _cost(response),
+    )
 
 
 def _cost(response: Any) -> float | None:  # noqa: ANN401

@@ -13,7 +13,9 @@ Answer = TypeVar("Answer")
 
 
 class RetryPolicy(BaseModel):
-    """How often and how patiently a query is sent again; waits are in seconds and double from ``first_wait`` on."""
+    """How often and how patiently a query is sent again; waits are in seconds and double from ``first_wait``
+    on.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -30,12 +32,14 @@ class Transient(Exception):
         self.retry_after = retry_after
 
 
-async def with_retries(policy: RetryPolicy, send: Callable[[], Awaitable[Answer]],
-                       note: Callable[[str, float], None]) -> Answer:
+async def with_retries(
+    policy: RetryPolicy, send: Callable[[], Awaitable[Answer]], note: Callable[[str, float], None]
+) -> Answer:
     """The answer of ``send``, which is called again after a ``Transient``; ``note`` hears of each wait.
 
     ProviderDown after the last try, or if the provider asks to wait longer than the policy allows.
     """
+
     def wait(state: RetryCallState) -> float:
         return _wait(policy, state)
 
@@ -43,13 +47,19 @@ async def with_retries(policy: RetryPolicy, send: Callable[[], Awaitable[Answer]
         note(str(_failure(state)), state.upcoming_sleep)
 
     try:
-        async for attempt in AsyncRetrying(stop=_gives_up(policy), wait=wait,
-                                           retry=retry_if_exception_type(Transient), before_sleep=report,
-                                           reraise=True):
+        async for attempt in AsyncRetrying(
+            stop=_gives_up(policy),
+            wait=wait,
+            retry=retry_if_exception_type(Transient),
+            before_sleep=report,
+            reraise=True,
+        ):
             with attempt:
                 return await send()
     except Transient as failure:
-        message = f"The provider failed {policy.tries} times, the last time: {failure}; resume when it is back."
+        message = (
+            f"The provider failed {policy.tries} times, the last time: {failure}; resume when it is back."
+        )
         if failure.retry_after is not None and failure.retry_after > policy.longest_wait:
             message = f"The provider asks to wait {failure.retry_after:.0f} s ({failure}); resume after that."
         raise ProviderDown(message) from failure
@@ -65,8 +75,9 @@ def _wait(policy: RetryPolicy, state: RetryCallState) -> float:
 
 def _gives_up(policy: RetryPolicy) -> Callable[[RetryCallState], bool]:
     """After the last try, or when the provider asks for more patience than there is."""
-    return lambda state: state.attempt_number >= policy.tries or (
-        (_failure(state).retry_after or 0.0) > policy.longest_wait)
+    return lambda state: (
+        state.attempt_number >= policy.tries or ((_failure(state).retry_after or 0.0) > policy.longest_wait)
+    )
 
 
 def _failure(state: RetryCallState) -> Transient:

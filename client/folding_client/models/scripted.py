@@ -1,8 +1,8 @@
 """A model that says what it was told to: a written script, or the replies of a recorded run.
 
-A script is JSON or JSON lines: a list of entries ``{"role", "text", "calls", "finish_reason", "thinking"}``, all
-optional; ``calls`` is a list of ``{"tool", "arguments"}`` and ``role`` is ``agent`` unless it says otherwise. A
-recorded run is its folder or its ``events.jsonl``.
+A script is JSON or JSON lines: a list of entries ``{"role", "text", "calls", "finish_reason", "thinking"}``,
+all optional; ``calls`` is a list of ``{"tool", "arguments"}`` and ``role`` is ``agent`` unless it says
+otherwise. A recorded run is its folder or its ``events.jsonl``.
 """
 
 import json
@@ -40,9 +40,13 @@ class ScriptedReply(BaseModel):
 
     def reply(self, number: int) -> Reply:
         """The entry as a model's reply; ``number`` makes its call ids unique."""
-        calls = tuple(ToolCall(f"call_{number}_{index}", call.tool, _text(call.arguments))
-                      for index, call in enumerate(self.calls, start=1))
-        return Reply(self.text, calls, self.thinking, self.finish_reason or ("tool_calls" if calls else "stop"))
+        calls = tuple(
+            ToolCall(f"call_{number}_{index}", call.tool, _text(call.arguments))
+            for index, call in enumerate(self.calls, start=1)
+        )
+        return Reply(
+            self.text, calls, self.thinking, self.finish_reason or ("tool_calls" if calls else "stop")
+        )
 
 
 @dataclass
@@ -56,7 +60,9 @@ class ScriptedModel:
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
         """The next reply."""
         if self.position >= len(self.replies):
-            message = f"The script {self.name} has no reply after its {len(self.replies)}; extend it, then resume."
+            message = (
+                f"The script {self.name} has no reply after its {len(self.replies)}; extend it, then resume."
+            )
             raise ScriptEnded(message)
         self.position += 1
         return self.replies[self.position - 1]
@@ -70,7 +76,10 @@ def load_script(path: Path, role: str) -> list[Reply]:
         text = path.read_text(encoding="utf-8")
         entries = TypeAdapter(list[ScriptedReply]).validate_python(_entries(text))
     except OSError as error:
-        message = f"Cannot read the script {path}: {error.strerror}. Name a JSON file, or the folder of a recorded run."
+        message = (
+            f"Cannot read the script {path}: {error.strerror}. Name a JSON file, or the folder of a "
+            "recorded run."
+        )
         raise UsageError(message) from error
     except ValidationError as error:
         first = error.errors()[0]
@@ -84,9 +93,18 @@ def load_script(path: Path, role: str) -> list[Reply]:
 
 def recorded_replies(events: Iterable[Event], role: str) -> list[Reply]:
     """The replies of one role in a recorded run, in order."""
-    return [Reply(event["text"], tuple(ToolCall(**call) for call in event["calls"]), event["thinking"],
-                  event["finish_reason"], Usage(**event["usage"]), event["native"])
-            for event in events if event["kind"] == "reply" and event["role"] == role]
+    return [
+        Reply(
+            event["text"],
+            tuple(ToolCall(**call) for call in event["calls"]),
+            event["thinking"],
+            event["finish_reason"],
+            Usage(**event["usage"]),
+            event["native"],
+        )
+        for event in events
+        if event["kind"] == "reply" and event["role"] == role
+    ]
 
 
 def _entries(text: str) -> list[Any]:

@@ -17,7 +17,8 @@ Event = dict[str, Any]
 class EventLog:
     """Appends events to a file; reopening it continues the numbering and drops a line that was cut off.
 
-    Every event has ``seq`` (from 1), ``time`` (UTC), ``elapsed`` (seconds since the log was opened) and ``kind``.
+    Every event has ``seq`` (from 1), ``time`` (UTC), ``elapsed`` (seconds since the log was opened) and
+    ``kind``.
     """
 
     def __init__(self, path: Path) -> None:
@@ -28,8 +29,13 @@ class EventLog:
     def append(self, kind: str, **data: object) -> Event:
         """Write one event and hand it to the operating system before returning it."""
         self._seq += 1
-        event: Event = {"seq": self._seq, "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
-                        "elapsed": round(time.monotonic() - self._opened, 3), "kind": kind, **data}
+        event: Event = {
+            "seq": self._seq,
+            "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+            "elapsed": round(time.monotonic() - self._opened, 3),
+            "kind": kind,
+            **data,
+        }
         self._file.write(redact(json.dumps(event, ensure_ascii=False)) + "\n")
         self._file.flush()
         return event
@@ -42,17 +48,23 @@ class EventLog:
 
 
 def read_events(path: Path) -> Iterator[Event]:
-    """The events of a log in order; a last line that was cut off by a kill is left out. UsageError if unreadable."""
+    """The events of a log in order; a last line that was cut off by a kill is left out. UsageError if
+    unreadable.
+    """
     try:
         lines = path.read_bytes().split(b"\n")
     except OSError as error:
-        message = f"No recorded run at {path.parent}: {error.strerror}. Name a folder that holds an events.jsonl."
+        message = (
+            f"No recorded run at {path.parent}: {error.strerror}. Name a folder that holds an events.jsonl."
+        )
         raise UsageError(message) from error
     for number, line in enumerate(lines[:-1], start=1):
         try:
             yield json.loads(line)
         except ValueError as error:
-            message = f"Line {number} of {path} is not JSON, so the record is damaged; use another run folder."
+            message = (
+                f"Line {number} of {path} is not JSON, so the record is damaged; use another run folder."
+            )
             raise UsageError(message) from error
 
 

@@ -1,4 +1,6 @@
-"""The folder of a run: where its files are, and how they are written so that a kill never leaves half of one."""
+"""The folder of a run: where its files are, and how they are written so that a kill never leaves
+half of one.
+"""
 
 import hashlib
 import json
@@ -22,9 +24,14 @@ class RunFolder:
         self.store = path / "store"
 
     def create(self) -> None:
-        """Make the folder, without what a run that never began may have left. UsageError if a run is in it already or it cannot be made."""
+        """Make the folder, without what a run that never began may have left. UsageError if a run is in it
+        already or it cannot be made.
+        """
         if (self.path / "run.json").exists():
-            message = f"{self.path} holds a run already; continue it with --resume {self.path}, or name another folder."
+            message = (
+                f"{self.path} holds a run already; continue it with --resume {self.path}, or name another "
+                "folder."
+            )
             raise UsageError(message)
         try:
             self.events.unlink(missing_ok=True)
@@ -56,7 +63,9 @@ class RunFolder:
         try:
             data = json.loads(file.read_text(encoding="utf-8"))
         except OSError as error:
-            message = f"No recorded run at {self.path}: {error.strerror}. Name a folder that holds a run.json."
+            message = (
+                f"No recorded run at {self.path}: {error.strerror}. Name a folder that holds a run.json."
+            )
             raise UsageError(message) from error
         except ValueError as error:
             message = f"{file} is not JSON, so the record is damaged; start a new run."
@@ -73,7 +82,9 @@ def picture_name(picture: Picture) -> str:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write a file beside its place and move it there: readers see the old content or the new, never a part."""
+    """Write a file beside its place and move it there: readers see the old content or the new, never
+    a part.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     temporary.write_bytes(data)
     temporary.replace(path)

@@ -1,4 +1,6 @@
-"""Writes what happens in a run, as it happens: events, pictures, sums, and the description in ``run.json``."""
+"""Writes what happens in a run, as it happens: events, pictures, sums, and the description in
+``run.json``.
+"""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -29,17 +31,31 @@ class Recorder:
         self._log.append(kind, **data)
 
     def request(self, role: str, messages: Sequence[Message], new_from: int) -> None:
-        """A query goes out: the messages from ``new_from`` on are new to this conversation, the others are on record.
+        """A query goes out: the messages from ``new_from`` on are new to this conversation, the others are on
+        record.
         """
-        self.event("request", role=role, messages=len(messages), new_from=new_from,
-                   new=[self._message(message) for message in messages[new_from:]])
+        self.event(
+            "request",
+            role=role,
+            messages=len(messages),
+            new_from=new_from,
+            new=[self._message(message) for message in messages[new_from:]],
+        )
 
     def reply(self, role: str, reply: Reply, seconds: float) -> None:
         """A reply came; its tokens and price are added to the role's sums."""
         self.totals[role] = self.totals.get(role, Totals()).plus(reply.usage)
-        self.event("reply", role=role, seconds=round(seconds, 3), text=reply.text, thinking=reply.thinking,
-                   calls=[asdict(call) for call in reply.tool_calls], finish_reason=reply.finish_reason,
-                   usage=asdict(reply.usage), native=reply.native)
+        self.event(
+            "reply",
+            role=role,
+            seconds=round(seconds, 3),
+            text=reply.text,
+            thinking=reply.thinking,
+            calls=[asdict(call) for call in reply.tool_calls],
+            finish_reason=reply.finish_reason,
+            usage=asdict(reply.usage),
+            native=reply.native,
+        )
 
     def call(self, by: str, call: ToolCall | None, name: str, arguments: dict[str, Any]) -> None:
         """A tool call goes to the server, for the agent or for the client itself."""
@@ -50,10 +66,18 @@ class Recorder:
         self.event("result", by=by, name=name, seconds=round(seconds, 3), **self._result(result))
 
     def outcome(self, status: str, reason: str, frames_saved: int, frames: int) -> None:
-        """Write ``run.json`` with the state of things; called at the start, after every step and at the end."""
+        """Write ``run.json`` with the state of things; called at the start, after every step and at
+        the end.
+        """
         seconds = self._seconds_before + (datetime.now(UTC) - self._started).total_seconds()
-        self.about["outcome"] = {"status": status, "reason": reason, "frames_saved": frames_saved, "frames": frames,
-                                 "seconds": round(seconds, 3), "updated": datetime.now(UTC).isoformat()}
+        self.about["outcome"] = {
+            "status": status,
+            "reason": reason,
+            "frames_saved": frames_saved,
+            "frames": frames,
+            "seconds": round(seconds, 3),
+            "updated": datetime.now(UTC).isoformat(),
+        }
         self.about["totals"] = {role: asdict(totals) for role, totals in self.totals.items()}
         self.folder.write_json("run.json", self.about)
 
@@ -62,7 +86,9 @@ class Recorder:
         self._log.close()
 
     def _pictures(self, pictures: Sequence[Picture]) -> list[dict[str, str]]:
-        return [{"file": self.folder.keep_picture(picture), "subject": picture.subject} for picture in pictures]
+        return [
+            {"file": self.folder.keep_picture(picture), "subject": picture.subject} for picture in pictures
+        ]
 
     def _message(self, message: Message) -> dict[str, Any]:
         entry: dict[str, Any] = {"role": message.role, "text": message.text}
@@ -76,5 +102,9 @@ class Recorder:
 
     def _result(self, result: ToolResult) -> dict[str, Any]:
         text = result.text if result.is_error or result.structured is None else ""
-        return {"is_error": result.is_error, "text": text, "structured": result.structured,
-                "images": self._pictures(result.pictures)}
+        return {
+            "is_error": result.is_error,
+            "text": text,
+            "structured": result.structured,
+            "images": self._pictures(result.pictures),
+        }

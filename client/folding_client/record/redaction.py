@@ -13,13 +13,16 @@ _SHORTEST = 8
 
 def secrets(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
     """The values of the environment's variables that are named like keys, longest first."""
-    found = {value for name, value in environment.items()
-             if _SECRET_NAME.search(name) and len(value) >= _SHORTEST}
+    found = {
+        value for name, value in environment.items() if _SECRET_NAME.search(name) and len(value) >= _SHORTEST
+    }
     return tuple(sorted(found, key=len, reverse=True))
 
 
 def redact(text: str, environment: Mapping[str, str] = os.environ) -> str:
-    """The text without any known secret, as it stands or as JSON writes it, nor anything shaped like a key."""
+    """The text without any known secret, as it stands or as JSON writes it, nor anything shaped like
+    a key.
+    """
     for secret in secrets(environment):
         text = text.replace(secret, MARK).replace(json.dumps(secret)[1:-1], MARK)
     return _SECRET_SHAPE.sub(MARK, text)

@@ -21,10 +21,15 @@ class Totals:
     def plus(self, usage: Usage) -> "Totals":
         """The sums with one more reply."""
         cost = self.cost if usage.cost is None else (self.cost or 0.0) + usage.cost
-        return replace(self, queries=self.queries + 1, input_tokens=self.input_tokens + usage.input_tokens,
-                       output_tokens=self.output_tokens + usage.output_tokens,
-                       cached_tokens=self.cached_tokens + usage.cached_tokens,
-                       thinking_tokens=self.thinking_tokens + usage.thinking_tokens, cost=cost)
+        return replace(
+            self,
+            queries=self.queries + 1,
+            input_tokens=self.input_tokens + usage.input_tokens,
+            output_tokens=self.output_tokens + usage.output_tokens,
+            cached_tokens=self.cached_tokens + usage.cached_tokens,
+            thinking_tokens=self.thinking_tokens + usage.thinking_tokens,
+            cost=cost,
+        )
 
 
 def totals_of(events: Iterable[Event]) -> dict[str, Totals]:

@@ -1,21 +1,21 @@
 """Solved transitions shown before the task (paper, section "Additional Ablation: In Context Examples").
 
-The examples are data of the prompts package: three transitions of growing difficulty, each with the photo before, the
-photo after, and the actions between.
+The examples are data of the prompts package: three transitions of growing difficulty, each with the photo
+before, the photo after, and the actions between.
 """
 
 import json
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
+from folding_prompts import prompt
+from folding_schemas.actions import Action
+from folding_schemas.state import FoldedState
 from pydantic import BaseModel, ConfigDict, TypeAdapter
 
 from folding_client.messages import Message, Picture, user
 from folding_client.settings import Variant
 from folding_client.variants.vlm_cp import CreasePattern
-from folding_prompts import prompt
-from folding_schemas.actions import Action
-from folding_schemas.state import FoldedState
 
 
 class SolvedTransition(BaseModel):
@@ -41,9 +41,17 @@ def _message(number: int, example: SolvedTransition, variant: Variant) -> Messag
         given, answer = _json(example.pattern_before), _json(example.pattern_after)
     else:
         given = example.state.model_dump_json()
-        answer = json.dumps({"actions": [action.model_dump(mode="json", exclude_none=True) for action in example.actions]})
+        answer = json.dumps(
+            {"actions": [action.model_dump(mode="json", exclude_none=True) for action in example.actions]}
+        )
     text = prompt("variants/example", number=number, given=given, answer=answer)
-    return user(text, (_photo(example.before, f"example {number}, before"), _photo(example.after, f"example {number}, after")))
+    return user(
+        text,
+        (
+            _photo(example.before, f"example {number}, before"),
+            _photo(example.after, f"example {number}, after"),
+        ),
+    )
 
 
 def _json(pattern: CreasePattern) -> str:

@@ -1,8 +1,7 @@
 """Action plans as a model writes them in VLM-S and VLM-S-C."""
 
-from pydantic import BaseModel, ConfigDict
-
 from folding_schemas.actions import Action
+from pydantic import BaseModel, ConfigDict
 
 
 class ActionPlan(BaseModel):

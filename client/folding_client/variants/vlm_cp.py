@@ -1,9 +1,13 @@
-"""VLM-CP: crease pattern in, crease pattern out, without simulator, tools or state (paper, section "Ablations")."""
+"""VLM-CP: crease pattern in, crease pattern out, without simulator, tools or state (paper, section
+"Ablations").
+"""
 
 import json
 from dataclasses import dataclass
 from typing import Literal
 
+from folding_prompts import prompt
+from folding_schemas.results import FrameView, RunInfo
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from folding_client.interrupts import ReplyUnreadable, StepHopeless
@@ -14,8 +18,6 @@ from folding_client.record.recorder import Recorder
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_form
 from folding_client.voice import Voice
-from folding_prompts import prompt
-from folding_schemas.results import FrameView, RunInfo
 
 READINGS = 2
 
@@ -43,12 +45,20 @@ class CreasePattern(BaseModel):
 
     def fold_file(self, frame: int) -> dict[str, object]:
         """The pattern as a FOLD file."""
-        return {"file_spec": 1.2, "file_creator": "foldingagent", "frame_title": f"frame {frame}",
-                "frame_classes": ["creasePattern"], **self.model_dump(mode="json")}
+        return {
+            "file_spec": 1.2,
+            "file_creator": "foldingagent",
+            "frame_title": f"frame {frame}",
+            "frame_classes": ["creasePattern"],
+            **self.model_dump(mode="json"),
+        }
 
 
-SQUARE = CreasePattern(vertices_coords=[(0, 1), (1, 1), (1, 0), (0, 0)],
-                       edges_vertices=[(0, 1), (1, 2), (2, 3), (3, 0)], edges_assignment=["B", "B", "B", "B"])
+SQUARE = CreasePattern(
+    vertices_coords=[(0, 1), (1, 1), (1, 0), (0, 0)],
+    edges_vertices=[(0, 1), (1, 2), (2, 3), (3, 0)],
+    edges_assignment=["B", "B", "B", "B"],
+)
 
 
 @dataclass
@@ -63,7 +73,9 @@ class PatternPerStep:
     simulates: bool = False
 
     async def run(self) -> RunInfo:
-        """Predict every frame that has no pattern yet. StepHopeless if the model gives none that can be read."""
+        """Predict every frame that has no pattern yet. StepHopeless if the model gives none that can
+        be read.
+        """
         info = await self.server.where()
         patterns = self._recorded(info) or [SQUARE]
         self._write(patterns, info)
@@ -80,8 +92,13 @@ class PatternPerStep:
         _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)
         _, after = await self.server.ask(FrameView, "view_frame", frame=frame)
         about = system(prompt("variants/cp_system", front=info.front_color, back=info.back_color))
-        step = prompt("variants/cp_step", before=frame - 1, frame=frame, frames=info.frames,
-                      pattern=json.dumps(pattern.model_dump(mode="json")))
+        step = prompt(
+            "variants/cp_step",
+            before=frame - 1,
+            frame=frame,
+            frames=info.frames,
+            pattern=json.dumps(pattern.model_dump(mode="json")),
+        )
         messages = [about, *self.examples, user(step, (*before, *after))]
         why = ""
         for _ in range(READINGS):
@@ -91,7 +108,10 @@ class PatternPerStep:
             except ReplyUnreadable as reason:
                 why = str(reason)
                 messages += [spoken(reply), user(prompt("variants/cp_repair", reason=why))]
-        message = f"The model gave no crease pattern for frame {frame} that can be read ({why}); resume to ask again."
+        message = (
+            f"The model gave no crease pattern for frame {frame} that can be read ({why}); resume to "
+            "ask again."
+        )
         raise StepHopeless(message)
 
     def _write(self, patterns: list[CreasePattern], info: RunInfo) -> None:
@@ -103,5 +123,7 @@ class PatternPerStep:
         file = self.recorder.folder.path / "patterns.json"
         if not file.exists():
             return []
-        found = [CreasePattern.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]]
+        found = [
+            CreasePattern.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]
+        ]
         return found[: info.frames]

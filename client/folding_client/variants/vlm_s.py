@@ -1,25 +1,13 @@
 """VLM-S and VLM-S-C: one action plan per step, without tools (paper, section "Ablations").
 
-VLM-S carries the plan out and saves what comes of it. VLM-S-C asks the critic first, gives its words back to the model,
-and lets the selector choose after three plans without a match.
+VLM-S carries the plan out and saves what comes of it. VLM-S-C asks the critic first, gives its words back to
+the model, and lets the selector choose after three plans without a match.
 """
 
 import json
 from dataclasses import asdict, dataclass
 from typing import cast
 
-from folding_client.critic import Critic, CriticCase, Judgement
-from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
-from folding_client.messages import Message, Picture, system, user
-from folding_client.messages import answered as spoken
-from folding_client.progress import Progress
-from folding_client.record.recorder import Recorder
-from folding_client.scratch import carry_out
-from folding_client.selector import Selector
-from folding_client.server import FoldingServer
-from folding_client.variants.plans import ActionPlan
-from folding_client.verdicts import read_form
-from folding_client.voice import Voice
 from folding_prompts import prompt
 from folding_schemas.results import (
     ActionClass,
@@ -33,6 +21,19 @@ from folding_schemas.results import (
     RunInfo,
     StateView,
 )
+
+from folding_client.critic import Critic, CriticCase, Judgement
+from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
+from folding_client.messages import Message, Picture, system, user
+from folding_client.messages import answered as spoken
+from folding_client.progress import Progress
+from folding_client.record.recorder import Recorder
+from folding_client.scratch import carry_out
+from folding_client.selector import Selector
+from folding_client.server import FoldingServer
+from folding_client.variants.plans import ActionPlan
+from folding_client.verdicts import read_form
+from folding_client.voice import Voice
 
 PLANS = 3
 """Plans for one frame before the selector chooses (VLM-S-C)."""
@@ -79,8 +80,13 @@ class PlanPerStep:
         photos = await self._photos(frame)
         state, _ = await self.server.ask(StateView, "get_current_state")
         about = system(prompt("variants/plan_system", front=info.front_color, back=info.back_color))
-        step = prompt("variants/plan_step", before=frame - 1, frame=frame, frames=info.frames,
-                      state=state.state.model_dump_json())
+        step = prompt(
+            "variants/plan_step",
+            before=frame - 1,
+            frame=frame,
+            frames=info.frames,
+            state=state.state.model_dump_json(),
+        )
         return [about, *self.examples, user(step, photos)]
 
     async def _photos(self, frame: int) -> tuple[Picture, ...]:
@@ -89,7 +95,9 @@ class PlanPerStep:
         return (*before, *after)
 
     async def _planned(self, frame: int, messages: list[Message]) -> ActionPlan:
-        """A plan that has been carried out; the conversation grows by how it came about. StepHopeless without one."""
+        """A plan that has been carried out; the conversation grows by how it came about. StepHopeless without
+        one.
+        """
         why = ""
         for _ in range(READINGS):
             reply = await self.voice.query(messages)
@@ -104,7 +112,9 @@ class PlanPerStep:
                 await self._restore(frame - 1)
                 continue
             return plan
-        message = f"The model gave no plan for frame {frame} that can be carried out ({why}); resume to ask again."
+        message = (
+            f"The model gave no plan for frame {frame} that can be carried out ({why}); resume to ask again."
+        )
         raise StepHopeless(message)
 
     async def _criticised(self, info: RunInfo, frame: int, messages: list[Message], critic: Critic) -> bool:
@@ -124,8 +134,17 @@ class PlanPerStep:
     async def _judged(self, info: RunInfo, frame: int, plan: ActionPlan, critic: Critic) -> Judgement:
         grid, pictures = await self.server.ask(CriticGrid, "critic_grid", frame=frame)
         classes = cast("tuple[ActionClass, ...]", plan.classes())
-        judgement = await critic.judge(CriticCase(frame, classes, None, grid.source_state, grid.candidate_state, pictures,
-                                                  (info.front_color, info.back_color)))
+        judgement = await critic.judge(
+            CriticCase(
+                frame,
+                classes,
+                None,
+                grid.source_state,
+                grid.candidate_state,
+                pictures,
+                (info.front_color, info.back_color),
+            )
+        )
         self.recorder.event("verdict", frame=frame, **asdict(judgement))
         return judgement
 
@@ -133,7 +152,9 @@ class PlanPerStep:
         assert self.selector is not None, "VLM-S-C has a selector"
         attempts, diagrams = await self.server.ask(AttemptList, "list_attempts", frame=frame)
         choice = await self.selector.choose(attempts, diagrams)
-        self.recorder.event("selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason)
+        self.recorder.event(
+            "selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason
+        )
         await self.server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
 
     async def _restore(self, frame: int) -> None:

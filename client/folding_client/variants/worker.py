@@ -6,7 +6,9 @@ from folding_schemas.results import RunInfo
 
 
 class Worker(Protocol):
-    """Works on a run until every frame is done. ``simulates`` says whether its results are states of the server."""
+    """Works on a run until every frame is done. ``simulates`` says whether its results are states of the
+    server.
+    """
 
     simulates: bool
 
