@@ -64,17 +64,19 @@ def visible_spans(paper: Paper, faces: Iterable[VisibleFace]) -> Mapping[Edge, l
     A stretch of an edge shows where one of the faces beside it shows.
     """
     spans: dict[Edge, list[Span]] = {}
+    wholly: dict[Edge, list[Span]] = {}
     for seen in faces:
         cycle = paper.faces[seen.face]
-        outline = paper.polygon(seen.face)
-        for i, v in enumerate(cycle):
-            u, p, q = cycle[i - 1], outline[i - 1], outline[i]
-            if u > v:
-                p, q = q, p
-            found = [(0.0, 1.0)] if seen.whole else _stretches(p, q, seen.parts)
+        sides = [edge_of(u, v) for u, v in zip((cycle[-1], *cycle), cycle, strict=False)]
+        if seen.whole:
+            wholly.update((side, [(0.0, 1.0)]) for side in sides)
+            continue
+        for side in sides:
+            p, q = (paper.isometries[seen.face](paper.places[v]) for v in side)
+            found = _stretches(p, q, seen.parts)
             if found:
-                spans.setdefault(edge_of(u, v), []).extend(found)
-    return {edge: _merged(found) for edge, found in spans.items()}
+                spans.setdefault(side, []).extend(found)
+    return {edge: _merged(found) for edge, found in spans.items()} | wholly
 
 
 def _polygons(outlines: list[Ring]) -> Geometries:
