@@ -1,11 +1,13 @@
 """The tool surface is what was agreed, and a change of it is called compatible or breaking."""
 
 import copy
+import re
 from collections.abc import Callable
 
 import pytest
 from contract.tool_contract import Contract, Schema, breaking, committed, compatible, current
 from folding_server.tools.catalogue import tools
+from paths import ROOT
 
 
 def test_the_tools_are_those_of_the_contract() -> None:
@@ -24,6 +26,12 @@ def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
         )
         assert "run_id" in tool.parameters["properties"] or tool.name == "list_sequences"
         assert tool.parameters["additionalProperties"] is False
+
+
+def test_the_page_about_the_tools_names_them_all_and_no_others() -> None:
+    table = (ROOT / "docs" / "tools.md").read_text(encoding="utf-8").partition("## Which run")[0]
+    named = re.findall(r"`(\w+)`", table)
+    assert sorted(named) == sorted(tool.name for tool in tools())
 
 
 @pytest.fixture

@@ -1,9 +1,11 @@
 """The tools as a host uses them, through the protocol in memory."""
 
 import base64
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import anyio
 import pytest
 from hosts import Host, images_of, in_memory, text_of
 from paths import SHARED
@@ -114,6 +116,15 @@ class TestActions:
                 states.append((await host.call(tool, **arguments))["state"])
             for expected in reversed(states[:-1]):
                 assert (await host.call("undo"))["state"] == expected
+
+    async def test_calls_that_come_at_once_take_turns_and_none_is_lost(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path) as host:
+            await host.call("open_run")
+            async with anyio.create_task_group() as group:
+                for angle in range(1, 13):
+                    group.start_soon(partial(host.call, "rotate", angle=angle))
+            pending = (await host.call("get_run"))["pending"]
+        assert sorted(action["angle"] for action in pending) == list(range(1, 13))
 
     async def test_numbers_that_models_send_as_text_are_understood(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path) as host:

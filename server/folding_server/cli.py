@@ -36,7 +36,7 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    help="An MCP server that folds paper and compares it with photos. Without a command it serves over stdio.",
+    help="An MCP server that folds paper and compares it with photos; without a command, over stdio.",
 )
 
 
