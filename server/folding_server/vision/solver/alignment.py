@@ -34,7 +34,7 @@ class Freedom:
     halvings: int = 3
 
 
-SCALES = (0.85, 1.18)
+SCALES = (0.8, 1.25)
 """How much smaller or larger than in frame 1 the sheet may look: a hand-held camera moves a little."""
 
 

@@ -5,12 +5,13 @@ ones simply not count, so that the drift is found before it is known what happen
 """
 
 from dataclasses import dataclass
+from math import log
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.simulator.plane_geometry import Isometry
+from folding_server.simulator.plane_geometry import Isometry, Point
 from folding_server.vision.labels import BACK, BACKGROUND, Labels
 from folding_server.vision.solver.alignment import nudged
 from folding_server.vision.solver.scene import Image, Scene, Stack
@@ -47,27 +48,44 @@ def edges_of(labels: Labels, known: npt.NDArray[np.bool_]) -> Edges:
     return Edges(np.stack([cols, rows], axis=1).astype(np.float64), bins)
 
 
-def drifts(stack: Stack, scene: Scene, last: Isometry, keep: int = 2) -> list[Isometry]:
+@dataclass(frozen=True)
+class Range:
+    """Which drifts to try: turns and shifts up to a limit, in steps (degrees; pixels of the scene), and scales."""
+
+    turn: int = 10
+    turn_step: int = 1
+    shift: float = 0.1
+    stride: int = 1
+    scales: tuple[float, ...] = (1.0,)
+
+
+HANDHELD = Range(turn=16, turn_step=2, shift=0.25, stride=2, scales=(0.88, 0.94, 1.0, 1.06, 1.12))
+"""What a camera held in the hand may do between two photos."""
+
+
+def drifts(stack: Stack, scene: Scene, last: Isometry, reach: Range = Range(), keep: int = 2) -> list[Isometry]:
     """Motions near ``last`` under which a stack has the most edges in common with a photo, best first.
 
-    Turns up to 10 degrees and shifts up to 0.1 of the sheet are tried.
+    Several that differ for each scale: edges that meet in one corner fit at any scale, and what was folded decides.
     """
-    drawn = edges_of(scene.draw(stack, last), scene.known)
-    if not len(drawn.points):
-        return []
-    chosen = np.linspace(0, len(drawn.points) - 1, min(_POINTS, len(drawn.points))).astype(int)
-    near = _nearness(edges_of(scene.labels, scene.known), scene)
-    tried = _scores(drawn.points[chosen], drawn.bins[chosen], near, scene, stack, last)
+    near = _nearness(edges_of(scene.labels, scene.known), scene, CUT_OFF * reach.stride)
+    tried: list[tuple[float, ...]] = []
+    for scale in reach.scales:
+        start = nudged(last, stack.center, (0.0, 0.0, 0.0, log(scale)))
+        drawn = edges_of(scene.draw(stack, start), scene.known)
+        if len(drawn.points):
+            tried += [(*row, scale) for row in _scores(drawn, near, scene, last(stack.center), reach)]
+    tried.sort(key=lambda row: -row[0])
     kept: list[tuple[float, ...]] = []
     for row in tried:
-        if all(abs(row[3] - k[3]) > 2.5 or np.hypot(row[1] - k[1], row[2] - k[2]) > 0.04 for k in kept):
-            kept.append(tuple(row))
-        if len(kept) == keep:
-            break
-    return [nudged(last, stack.center, (k[1], k[2], k[3], 0.0)) for k in kept]
+        rivals = [k for k in kept if k[4] == row[4]]
+        differs = all(abs(row[3] - k[3]) > 2.5 or np.hypot(row[1] - k[1], row[2] - k[2]) > 0.04 for k in rivals)
+        if len(rivals) < keep and differs:
+            kept.append(row)
+    return [nudged(last, stack.center, (k[1], k[2], k[3], log(k[4]))) for k in kept]
 
 
-def _nearness(edges: Edges, scene: Scene) -> Image:
+def _nearness(edges: Edges, scene: Scene, cut_off: float) -> Image:
     """For each direction bin, 1 on an edge of that direction falling to 0 at the cut-off, (BINS, rows, cols)."""
     maps = []
     for b in range(BINS):
@@ -76,38 +94,31 @@ def _nearness(edges: Edges, scene: Scene) -> Image:
         cols, rows = edges.points[same].astype(int).T
         empty[rows, cols] = 0
         distance = cv2.distanceTransform(empty, cv2.DIST_L2, 3) if same.any() else np.full(empty.shape, 99, np.float32)
-        maps.append(np.clip(1 - distance / CUT_OFF, 0, 1))
+        maps.append(np.clip(1 - distance / cut_off, 0, 1))
     return np.stack(maps)
 
 
 def _scores(
-    points: npt.NDArray[np.float64],
-    bins: npt.NDArray[np.int64],
-    near: Image,
-    scene: Scene,
-    stack: Stack,
-    last: Isometry,
-) -> npt.NDArray[np.float64]:
-    """(score, dx, dy, degrees clockwise) of each drift tried, best first."""
+    drawn: Edges, near: Image, scene: Scene, center: Point, reach: Range
+) -> list[tuple[float, float, float, float]]:
+    """(score, dx, dy, degrees clockwise) of the best shifts for each turn."""
     s = scene.grid.pixels_per_unit
-    center = scene.grid.to_pixel(last(stack.center))
-    reach = int(0.1 * s)
-    steps = np.arange(-reach, reach + 1)
+    chosen = np.linspace(0, len(drawn.points) - 1, min(_POINTS, len(drawn.points))).astype(int)
+    points, bins = drawn.points[chosen], drawn.bins[chosen]
+    middle = scene.grid.to_pixel(center)
+    steps = np.arange(-int(reach.shift * s), int(reach.shift * s) + 1, reach.stride)
     dx, dy = (a.ravel() for a in np.meshgrid(steps, steps))
     rows = []
-    for degrees in range(-10, 11):
+    for degrees in range(-reach.turn, reach.turn + 1, reach.turn_step):
         angle = np.radians(degrees)
         spin = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        turned = (points - center) @ spin + center
-        turned_bins = np.round((bins * np.pi / BINS + angle) / (np.pi / BINS)).astype(np.int64) % BINS
+        turned = (points - middle) @ spin + middle
+        turned_bins = np.round(bins + angle / (np.pi / BINS)).astype(np.int64) % BINS
         cols = np.rint(turned[:, 0]).astype(int)[None] + dx[:, None]
         lines = np.rint(turned[:, 1]).astype(int)[None] + dy[:, None]
         inside = (cols >= 0) & (lines >= 0) & (cols < near.shape[2]) & (lines < near.shape[1])
         got = near[turned_bins[None], np.where(inside, lines, 0), np.where(inside, cols, 0)] * inside
         gain = got.mean(axis=1) - 0.002 * abs(degrees) - 0.2 * np.hypot(dx, dy) / s
         best = np.argsort(-gain, kind="stable")[:3]
-        rows += [(gain[i], dx[i] / s, -dy[i] / s, float(degrees)) for i in best]
-    return np.array(sorted(rows, key=lambda r: -r[0]))
-
-
-__all__ = ["Edges", "drifts", "edges_of"]
+        rows += [(float(gain[i]), float(dx[i] / s), float(-dy[i] / s), float(degrees)) for i in best]
+    return rows

@@ -10,7 +10,7 @@ from folding_schemas.results import ActionClass
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry
 from folding_server.vision.solver.alignment import Freedom, align, scale_of
-from folding_server.vision.solver.drift import drifts
+from folding_server.vision.solver.drift import HANDHELD, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.lines import evidence
@@ -54,6 +54,9 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     best = max(p.agreement for p in plans)
     if best < EXPLAINED or best < nothing.agreement + STANDS_OUT:
         plans += fold_plans(paper, motions, views, effort)
+    if views.scale and max(p.agreement for p in plans) < COMPOUND_BELOW:
+        moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
+        plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
     if max(p.agreement for p in plans) < COMPOUND_BELOW:
         plans += _compound_plans(paper, last, views, plans, effort)
     return best_first(plans)
@@ -79,6 +82,7 @@ def _compound_plans(
     starts = [p for p in best_first(plans) if p.actions][:2]
     starts += best_first(list(fold_plans(paper, motions, views, partial)))[:3]
     seen: set[tuple[Action, ...]] = set()
+    yield from starts
     for start in starts:
         if start.actions in seen:
             continue
