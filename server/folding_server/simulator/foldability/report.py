@@ -107,11 +107,11 @@ def _does_not_close(flat: FlatFaces) -> Iterator[str]:
 def tolerances(flat: FlatFaces) -> Sequence[float]:
     """What layers may reach into each other: the simulator's tolerance, or what the faces disagree by if that is more.
 
-    Edges that lie apart by less than the first and more than the second count as one line for the first only; a pattern
-    is foldable if either finds an order.
+    Whether edges that almost coincide count as one line depends on it, so a pattern is foldable if this, a finer or a
+    coarser one finds an order; on patterns without near coincidences all agree.
     """
-    coarse = max(TOLERANCE, 2 * flat.spread)
-    return coarse, coarse / 4
+    first = max(TOLERANCE, 2 * flat.spread)
+    return first, first / 4, 3 * first
 
 
 def _layered(flat: FlatFaces, cap: int) -> FoldabilityReport:
