@@ -25,7 +25,7 @@ def look(paper: Paper) -> set[tuple[object, ...]]:
     """What can be told apart of a paper: each edge's place and each face's middle, height and side."""
     positions = paper.positions
     faces = {
-        (*np.round(np.mean(paper.polygon(f), axis=0), 3).tolist(), paper.rank[f], paper.back_up(f))
+        (tuple(np.round(np.mean(paper.polygon(f), axis=0), 3).tolist()), paper.rank[f], paper.back_up(f))
         for f in paper.faces
     }
     edges = {

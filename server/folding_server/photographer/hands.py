@@ -155,7 +155,7 @@ def _finger(
     nails: list[tuple[float, float, float, float]],
     rng: np.random.Generator,
 ) -> list[Limb]:
-    """Two straight pieces, the second bent inwards a little, and a nail; ``tilt`` degrees clockwise from +y."""
+    """Two straight pieces, the second bent inwards, and a nail; ``tilt`` degrees clockwise from +y."""
     parts, at, bend = [], root, tilt
     for share, r0, r1 in ((0.55, 1.0, 0.88), (0.45, 0.9, 0.7)):
         end = (at[0] + share * length * sin(radians(bend)), at[1] + share * length * cos(radians(bend)))

@@ -22,7 +22,7 @@ from folding_server.simulator.paper import edge_of
 from folding_server.simulator.plane_geometry import Point, between
 
 ATTEMPTS = (*((1.0, 1.0),) * 4, (0.5, 0.7), (0.5, 0.5), (0.2, 0.3), (0.0, 0.3), (0.0, 0.1), (0.0, 0.03))
-"""Parts of the full error of the sheet and of the folds that are tried, until one can be folded to the end."""
+"""Parts of the full errors of the sheet and of the folds that are tried, until the last step succeeds."""
 TRIES = (1.0, 1.0, 1.0, 0.7, 0.5, 0.3, 0.15, 0.0)
 """Parts of the full error of the folds that are tried at each step, until one gives the same model."""
 SAME_PLACE = 0.06
