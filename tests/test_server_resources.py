@@ -11,7 +11,7 @@ from folding_schemas.actions import Program
 from folding_schemas.results import RunInfo, SequenceList
 from folding_schemas.state import FoldedState
 from hosts import Host, in_memory
-from mcp.types import BlobResourceContents, TextContent, TextResourceContents
+from mcp.types import BlobResourceContents, PromptReference, TextContent, TextResourceContents
 from paths import SHARED
 
 pytestmark = pytest.mark.anyio
@@ -76,6 +76,14 @@ async def test_the_prompt_for_desktop_hosts_names_the_tools_it_tells_to_use(tmp_
     assert named <= tools
     assert "sequence cat" in message.content.text
     assert "list_sequences" in open_choice.content.text
+
+
+async def test_names_of_sequences_are_completed(tmp_path: Path) -> None:
+    reference = PromptReference(name="reconstruct")
+    async with in_memory(tmp_path, PHOTOS) as host:
+        for start, expected in {"sail": ["sailboat"], "boat": []}.items():
+            answer = await host.client.complete(reference, {"name": "sequence", "value": start})
+            assert answer.completion.values == expected
 
 
 async def test_answers_are_valid_against_the_published_schemas(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ class FoldingServer(MCPServer[Desk]):
             lifespan=_serving(desk),
         )
         resources.register(self, desk)
-        guides.register(self)
+        guides.register(self, desk)
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[Desk, Any] | None = None

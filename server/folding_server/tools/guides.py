@@ -1,26 +1,60 @@
-"""Prompts for hosts: what a user picks to set a model to work."""
+"""Prompts for hosts: what a user picks to set a model to work, with sequence names completed while they type."""
 
 from typing import TYPE_CHECKING, Annotated
 
+import anyio.to_thread
 from folding_prompts import prompt
+from mcp.types import (
+    Completion,
+    CompletionArgument,
+    CompletionContext,
+    PromptReference,
+    ResourceTemplateReference,
+)
 from pydantic import Field
 
+from folding_server.errors import FoldingError
 from folding_server.tools.desk import Desk
 
 if TYPE_CHECKING:
     from mcp.server.mcpserver import MCPServer
 
+Reference = PromptReference | ResourceTemplateReference
+SequenceName = Annotated[
+    str, Field(description="the name of a photo sequence; left empty, the user is asked which")
+]
 
-def register(server: "MCPServer[Desk]") -> None:
-    """Give the server its prompts."""
+_NAMES_OF_SEQUENCES = ("sequence", "name")
+"""What arguments that take a sequence's name are called, in prompts and in resource templates."""
+
+_MOST = 100
+"""The most values that the protocol allows in one completion."""
+
+
+def register(server: "MCPServer[Desk]", desk: Desk) -> None:
+    """Give the server its prompts and their completion."""
 
     @server.prompt(title="Reconstruct a folding sequence")
-    def reconstruct(
-        sequence: Annotated[
-            str, Field(description="the name of a photo sequence; empty to choose from the list")
-        ] = "",
-    ) -> str:
+    def reconstruct(sequence: SequenceName = "") -> str:
         """Work out how the paper in a photo sequence was folded, frame by frame."""
         return prompt(
             "server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)"
         )
+
+    @server.completion()  # type: ignore[untyped-decorator,no-untyped-call]
+    async def complete(
+        reference: Reference, argument: CompletionArgument, context: CompletionContext | None
+    ) -> Completion | None:
+        del reference, context
+        if argument.name not in _NAMES_OF_SEQUENCES:
+            return None
+        return await anyio.to_thread.run_sync(_sequences_like, desk, argument.value)
+
+
+def _sequences_like(desk: Desk, start: str) -> Completion:
+    """The sequences whose name starts like this; none where they cannot be listed."""
+    try:
+        names = [each.name for each in desk.library.sequences() if each.name.startswith(start)]
+    except FoldingError:
+        names = []
+    return Completion(values=names[:_MOST], total=len(names), has_more=len(names) > _MOST)
