@@ -23,14 +23,12 @@ def read(path: Path) -> Program:
 
 def look(paper: Paper) -> set[tuple[object, ...]]:
     """What can be told apart of a paper: each edge's place and each face's middle, height and side."""
-    positions = paper.positions
-    faces = {
-        (tuple(np.round(np.mean(paper.polygon(f), axis=0), 3).tolist()), paper.rank[f], paper.back_up(f))
-        for f in paper.faces
-    }
-    edges = {
-        tuple(sorted(tuple(np.round(positions[v], 3).tolist()) for v in edge)) for edge in paper.edge_faces
-    }
+    faces: set[tuple[object, ...]] = set()
+    for face in paper.faces:
+        x, y = np.round(np.array(paper.polygon(face)).mean(axis=0), 3)
+        faces.add((x, y, paper.rank[face], paper.back_up(face)))
+    places = {v: (round(x, 3), round(y, 3)) for v, (x, y) in paper.positions.items()}
+    edges: set[tuple[object, ...]] = {tuple(sorted((places[u], places[v]))) for u, v in paper.edge_faces}
     return faces | edges
 
 

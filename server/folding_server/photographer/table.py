@@ -82,4 +82,4 @@ def _cloth(rng: np.random.Generator) -> Floats:
     warp, weft = np.sin(2 * np.pi * (x + y * 0.02) / period), np.sin(2 * np.pi * (y - x * 0.02) / period)
     weave = warp * weft + 0.6 * rng.standard_normal((SIDE, SIDE), np.float32)
     soft = 0.05 * _noise(rng, (4, 3)) + 0.03 * _noise(rng, (9, 7))
-    return floats(1 + 0.09 * cv2.GaussianBlur(weave, (0, 0), 0.8) + soft)[..., None]
+    return floats(1 + 0.16 * cv2.GaussianBlur(weave, (0, 0), 0.8) + soft)[..., None]
