@@ -23,7 +23,7 @@ from folding_server.errors import ActionRefused
 from folding_server.simulator import Paper, apply, folded_state, new_paper
 from folding_server.simulator.plane_geometry import Point
 from folding_server.simulator.validity import violations
-from random_programs import between_folds, folded_edges, next_fold
+from random_programs import Plan, between_folds, folded_edges, next_fold
 
 NAMED = re.compile(r"\[-?\d+, -?\d+\]|\b(face|fold|edge|vertex|vertices|joins) \d+", re.IGNORECASE)
 DEEPEST = 1500
@@ -52,7 +52,7 @@ def run_program(seed: int, folds: int, index: int) -> Run:
     return run
 
 
-def follow(plan, paper: Paper, run: Run) -> Paper:
+def follow(plan: Plan, paper: Paper, run: Run) -> Paper:
     """The paper after a plan's actions, up to the first that is refused or fails."""
     action = next(plan, None)
     while action is not None:

@@ -6,11 +6,24 @@ from itertools import permutations
 
 import pytest
 from folding_schemas.actions import Program
-from folding_server.simulator import Paper, add_vertex, apply, flip, fold, new_paper, overlapping_pairs, rotate, unfold
+from folding_server.interchange.programs import load_recorded, resolved
+from folding_server.simulator import (
+    Paper,
+    add_vertex,
+    apply,
+    flip,
+    fold,
+    new_paper,
+    overlapping_pairs,
+    rotate,
+    unfold,
+)
+from folding_server.simulator.foldability import check_paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.simulator.validity import violations
 from paths import SHARED
 
+RECORDED = sorted((SHARED / "programs" / "recorded").glob("*.json"))
 FIGURES = sorted((SHARED / "programs").glob("figure_*.json"))
 
 
@@ -44,6 +57,17 @@ def test_every_state_of_the_published_figures_is_valid(path):
     for action in (a for step in Program.model_validate({"steps": steps}).steps for a in step):
         paper = apply(paper, action)
         assert violations(paper) == []
+
+
+@pytest.mark.parametrize("path", RECORDED, ids=lambda path: path.stem)
+def test_every_state_of_the_recorded_results_is_valid_and_the_last_folds_flat(path):
+    paper = new_paper()
+    for recorded in load_recorded(path.read_text()).actions:
+        paper = apply(paper, resolved(paper, recorded))
+        assert violations(paper) == []
+    report = check_paper(paper)
+    assert report.foldable
+    assert violations(replace(paper, order=report.stack)) == []
 
 
 @pytest.mark.parametrize("make", [new_paper, book, quarter, pleat])
