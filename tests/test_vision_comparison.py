@@ -132,6 +132,23 @@ def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
     assert judge(0.99, ()) == "MATCH"
 
 
+def test_a_layer_edge_that_the_state_lacks_is_named() -> None:
+    look = Look(back=(240, 235, 220))
+    pleat = fold(add_vertex(add_vertex(new_paper(), (1, 2), 0.8), (3, 4), 0.2), (5, 6), 1)
+    photo = paint(pleat, look)
+    middle, quarter = photo.shape[1] // 2, photo.shape[0] // 4
+    edge = middle + round(0.1 * photo.shape[1] / 2)
+    photo[quarter + 2 : -quarter - 2, edge : edge + 2] -= 18
+    seen = see_sequence(PhotoList([paint(new_paper(), look), photo])).frame(2, 150)
+    truth, wrong = compare(pleat, seen), compare(new_paper((0.8, 1.0)), seen)
+    assert truth.lines > 0.7
+    assert truth.verdict == "MATCH"
+    assert wrong.verdict == "MISMATCH"
+    assert wrong.lines <= 0
+    assert wrong.agreement > 0.97
+    assert any("crease or layer edge" in words for words in wrong.words)
+
+
 def test_outline_distance_is_in_sheet_units() -> None:
     labels = draw_paper(new_paper(), GRID)
     moved = draw_paper(new_paper(), GRID, similarity(0.1, 0, 0))

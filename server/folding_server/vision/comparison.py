@@ -1,5 +1,6 @@
 """A folded state against a photo: how well it explains what is seen, and in words where it does not."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from folding_server.simulator.paper import Paper
 from folding_server.vision.agreement import Target
 from folding_server.vision.alignment import Alignment, align_paper
+from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
@@ -24,9 +26,14 @@ DIVERGED_AGREEMENT = 0.5
 MATCHING_WIDTH = 0.035
 """Sheet units that the widest disagreement of a match may measure across."""
 BORDER_NOISE = 0.012
-"""Width, in sheet units, of disagreement along outlines that is put down to the photo."""
+"""Width, in sheet units, of disagreement along outlines that is put down to the photo; two pixels always are."""
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
+MISPLACED_LINES = -0.05
+"""Agreement of inner lines below which the paper's layers lie in another way, even if its outline matches."""
+MISSING_LENGTH = 0.45
+"""Sheet units of one seen inner line from which a state that lacks it is no match."""
+MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
 MOST_WORDS = 5
 
 
@@ -53,6 +60,8 @@ class Match:
     ``iou`` has front, back and paper (only paper if the sides look alike); a class that neither photo nor diagram
     shows counts as 1. ``outline_distance`` is the mean symmetric distance of the silhouettes in sheet units,
     ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the aligned label image.
+    ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside the paper, ``missing_lines`` which
+    of them it lacks, see :class:`folding_server.vision.inner_lines.LineMatch`.
     """
 
     verdict: Verdict
@@ -63,11 +72,13 @@ class Match:
     alignment: Alignment
     discrepancies: tuple[Discrepancy, ...]
     predicted: Labels
+    lines: float
+    missing_lines: tuple[str, ...]
 
     @property
     def words(self) -> list[str]:
-        """The largest discrepancies, one sentence each, largest first."""
-        return [str(d) for d in self.discrepancies[:MOST_WORDS]]
+        """The largest discrepancies, one sentence each, regions first, largest first."""
+        return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
 
 def compare(paper: Paper, seen: SeenFrame) -> Match:
@@ -79,17 +90,23 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
         predicted = as_one_colour(predicted)
     mean, worst = outline_distances(predicted, seen.labels, seen.grid.pixels_per_unit)
     found = discrepancies(predicted, seen)
-    verdict = judge(alignment.agreement, found)
+    core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
+    lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
+    verdict = judge(alignment.agreement, found, lines)
+    where = _frame(is_paper(predicted) | is_paper(seen.labels))
+    missing = tuple(f"{_place(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
     iou = class_iou(predicted, seen)
-    return Match(verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted)
+    return Match(verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted, lines.agreement, missing)
 
 
-def judge(agreement: float, found: tuple[Discrepancy, ...]) -> Verdict:
-    """The verdict for an agreement and what disagrees."""
+def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = NO_LINES) -> Verdict:
+    """The verdict for an agreement, the regions that disagree, and how well inner lines are explained."""
     if agreement < DIVERGED_AGREEMENT:
         return "EXTREME DIVERGENCE"
     widest = max((d.width for d in found), default=0.0)
-    return "MATCH" if agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH else "MISMATCH"
+    inside = lines.agreement >= MISPLACED_LINES and all(length < MISSING_LENGTH for _, _, length in lines.missing)
+    matches = agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH and inside
+    return "MATCH" if matches else "MISMATCH"
 
 
 def class_iou(predicted: Labels, seen: SeenFrame) -> dict[str, float]:
@@ -162,7 +179,7 @@ def _regions(
             _place(centroids[i], frame),
         )
         for i in range(1, count)
-        if 2 * deepest[i] - 0.5 > BORDER_NOISE * pixels_per_unit
+        if 2 * deepest[i] - 0.5 > max(BORDER_NOISE * pixels_per_unit, 2.0)
     ]
 
 
@@ -174,7 +191,7 @@ def _frame(paper: npt.NDArray[np.bool_]) -> tuple[float, float, float, float]:
     return float(cols.min()), float(rows.min()), float(np.ptp(cols)) + 1, float(np.ptp(rows)) + 1
 
 
-def _place(pixel: npt.NDArray[np.float64], frame: tuple[float, float, float, float]) -> str:
+def _place(pixel: Sequence[float] | npt.NDArray[np.float64], frame: tuple[float, float, float, float]) -> str:
     """Where a pixel lies in the paper's box, in words."""
     left, upper, width, height = frame
     column = min(2, int(3 * (pixel[0] - left) / width))

@@ -1,49 +1,148 @@
-"""Creases and layer edges inside the paper: faint lines that no class border shows."""
+"""Creases and layer edges inside the paper: faint lines that no class border shows, and how well a state has them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import pi
 
 import cv2
 import numpy as np
 
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.colours import Image
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACKGROUND
 from folding_server.vision.photos import Picture
+from folding_server.vision.raster import draw_values
 from folding_server.vision.segmentation import Bools
 
-FULL_STRENGTH = 12.0
-"""Grey levels (of 255) beyond the paper's grain at which a line counts fully."""
-RIM = 0.02
+RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""
+FAINTEST, FULL = 4.5, 11.0
+"""Responses, in standard deviations of the paper's grain, from which a line is seen and at which it counts fully."""
+GRAIN_QUANTILE = 85
+"""Percent of the paper whose responses are grain or pattern, not lines."""
+REACH = 0.025
+"""Sheet units that a predicted line may lie beside a seen one."""
+CLEAR, SHORTEST = 0.3, 0.12
+"""Strength, and length in sheet units, from which a seen line is worth a word."""
 
-_NEAR, _FAR = 0.006, 0.03
+_ORIENTATIONS = 12
+_ACROSS, _ALONG, _SLOW = 0.0045, 0.03, 0.04
 
 
 def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: float) -> Image:
-    """Strength, 0 to 1, of lines within one side of the paper, (rows, cols).
+    """Strength, 0 to 1, of straight lines within one side of the paper, (rows, cols).
 
-    A line is a ridge, darker or lighter than both its sides, or a step between them.
+    A line is a ridge, darker or lighter than both its sides, or a step between them. ``shares`` (rows, cols, 3) and
+    ``unknown`` (rows, cols) belong to the same pixels as the picture.
     """
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
     strength = np.zeros_like(grey)
     for side in (1, 2):
         own = ((shares[..., side] > 0.9) & ~unknown).astype(np.uint8)
-        if own.any():
-            strength += _lines_within(grey, own, pixels_per_unit)
+        rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
+        core = cv2.erode(own, np.ones((rim, rim), np.uint8))
+        left, upper, width, height = cv2.boundingRect(core)
+        if width and height:
+            window = slice(upper, upper + height), slice(left, left + width)
+            strength[window] += _lines_within(grey[window], own[window], core[window] > 0, pixels_per_unit)
     return strength
 
 
-def _lines_within(grey: Image, own: cv2.typing.MatLike, pixels_per_unit: float) -> Image:
-    near, far = max(0.7, _NEAR * pixels_per_unit), _FAR * pixels_per_unit
-    fine, coarse = _blur_within(grey, own, near), _blur_within(grey, own, far)
-    slope = cv2.magnitude(cv2.Sobel(fine, cv2.CV_32F, 1, 0), cv2.Sobel(fine, cv2.CV_32F, 0, 1)) / 8
-    raw = np.abs(fine - coarse) + slope * near
-    rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
-    core = cv2.erode(own, np.ones((rim, rim), np.uint8)) > 0
-    if not core.any():
-        return np.zeros_like(grey)
-    grain = 2.5 * float(np.median(raw[core]))
-    return np.asarray(np.where(core, np.clip((raw - grain) / FULL_STRENGTH, 0, 1), 0), np.float32)
-
-
-def _blur_within(grey: Image, own: cv2.typing.MatLike, sigma: float) -> Image:
-    """Gaussian blur that takes only a class's own pixels into account."""
+def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Bools, pixels_per_unit: float) -> Image:
+    """Strength of lines in a window, of which ``own`` is paper of one side and ``core`` lies away from its rim."""
     weight = own.astype(np.float32)
-    total = cv2.GaussianBlur(grey * weight, (0, 0), sigma)
-    return np.asarray(total / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3), np.float32)
+    slow = _SLOW * pixels_per_unit
+    smooth = cv2.GaussianBlur(grey * weight, (0, 0), slow) / np.maximum(cv2.GaussianBlur(weight, (0, 0), slow), 1e-3)
+    detail = (grey - smooth) * weight
+    strongest = np.zeros_like(grey)
+    for kernel in _kernels(max(0.9, _ACROSS * pixels_per_unit), max(3.0, _ALONG * pixels_per_unit)):
+        response = np.abs(cv2.filter2D(detail, cv2.CV_32F, kernel))
+        median, high = np.percentile(response[core], (50, GRAIN_QUANTILE))
+        grain = max(1.4826 * float(median), float(high) / 1.44, 0.15)
+        np.maximum(strongest, response / grain, out=strongest)
+    return np.asarray(np.where(core, np.clip((strongest - FAINTEST) / (FULL - FAINTEST), 0, 1), 0), np.float32)
+
+
+def _kernels(across: float, along: float) -> Iterator[Image]:
+    """Ridge and step filters of unit power in every direction, square kernels."""
+    radius = int(np.ceil(2 * along))
+    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(np.float64)
+    for k in range(_ORIENTATIONS):
+        angle = pi * k / _ORIENTATIONS
+        u, v = x * np.cos(angle) + y * np.sin(angle), -x * np.sin(angle) + y * np.cos(angle)
+        length = np.exp(-0.5 * (u / along) ** 2)
+        ridge = (1 - (v / across) ** 2) * np.exp(-0.5 * (v / across) ** 2) * length
+        step = v * np.exp(-0.5 * (v / (1.5 * across)) ** 2) * length
+        for kernel in (ridge - ridge.mean(), step):
+            yield (kernel / np.linalg.norm(kernel)).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class LineMatch:
+    """How a photo's inner lines and a state's visible layer edges and creases fit together.
+
+    ``agreement``, -1 to 1: 1 if all seen lines are predicted, 0 if nothing is seen or no more than chance explains,
+    below 0 if seen lines lie where none are predicted. ``missing``: seen lines that the state lacks, each as its
+    middle in pixels (column, row) and its length in sheet units, longest first.
+    """
+
+    agreement: float
+    missing: tuple[tuple[float, float, float], ...]
+
+
+NO_LINES = LineMatch(0.0, ())
+
+
+def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: Bools) -> LineMatch:
+    """Compare a photo's :func:`inner_lines` on a grid with a state; ``core`` is where both show the same side."""
+    width = 2 * max(1, round(REACH * grid.pixels_per_unit)) + 1
+    near = cv2.dilate(predicted_lines(paper, motion, grid).astype(np.uint8), np.ones((width, width), np.uint8)) > 0
+    seen = np.where(core, edges, 0)
+    total, expected = float(seen.sum()), float((near & core).sum()) / max(float(core.sum()), 1.0)
+    if total < 0.05 * grid.pixels_per_unit or expected >= 1:
+        return LineMatch(0.0, ())
+    explained = float(seen[near].sum()) / total
+    agreement = (explained - expected) / (1 - expected)
+    return LineMatch(agreement, tuple(_long_lines((seen > CLEAR) & ~near, grid.pixels_per_unit)))
+
+
+def _long_lines(mask: Bools, pixels_per_unit: float) -> list[tuple[float, float, float]]:
+    """The long connected lines of a mask: middle column and row, length in sheet units, longest first."""
+    count, _, stats, centres = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    lines = []
+    for i in range(1, count):
+        size = float(np.hypot(stats[i, cv2.CC_STAT_WIDTH], stats[i, cv2.CC_STAT_HEIGHT])) / pixels_per_unit
+        if size >= SHORTEST:
+            lines.append((float(centres[i][0]), float(centres[i][1]), size))
+    return sorted(lines, key=lambda line: line[2], reverse=True)
+
+
+def predicted_lines(paper: Paper, motion: Isometry, grid: Grid) -> Bools:
+    """Where borders between faces show inside a state's silhouette, (rows, cols)."""
+    order = paper.order
+    numbers = [1 + i % 250 for i in range(len(order))]
+    faces = draw_values([paper.polygon(f) for f in order], numbers, grid, motion)
+    square = np.ones((2, 2), np.uint8)
+    borders = cv2.dilate(faces, square) != cv2.erode(faces, square)
+    covered = cv2.erode((faces != BACKGROUND).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    return np.asarray(borders & covered)
+
+
+def thick_core(labels_agree: Bools, pixels_per_unit: float) -> Bools:
+    """Away from the rim of where photo and prediction show the same side of the paper."""
+    rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
+    return np.asarray(cv2.erode(labels_agree.astype(np.uint8), np.ones((rim, rim), np.uint8)) > 0)
+
+
+def strongest_near(edges: Image, size: tuple[int, int]) -> Image:
+    """Inner lines at another size (columns, rows), thin lines kept at full strength."""
+    shrink = edges.shape[1] / size[0]
+    reach = max(1, round(shrink))
+    return np.asarray(
+        cv2.resize(cv2.dilate(edges, np.ones((reach, reach), np.uint8)), size, interpolation=cv2.INTER_LINEAR),
+        np.float32,
+    )
+
+

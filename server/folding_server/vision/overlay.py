@@ -8,9 +8,10 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.comparison import Match
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
+from folding_server.vision.inner_lines import predicted_lines
+from folding_server.vision.labels import UNKNOWN, is_paper
 from folding_server.vision.photos import Picture
-from folding_server.vision.raster import draw_values
+from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
 
 OUTLINE = (255, 0, 200)
@@ -45,14 +46,9 @@ def visible_lines(
     paper: Paper, grid: Grid, motion: Isometry
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """The diagram's silhouette, and the other borders of faces that nothing covers, as masks on a grid."""
-    order = paper.order
-    numbers = [1 + i % 250 for i in range(len(order))]
-    faces = draw_values([paper.polygon(f) for f in order], numbers, grid, motion)
-    kernel = np.ones((2, 2), np.uint8)
-    borders = cv2.dilate(faces, kernel) != cv2.erode(faces, kernel)
-    covered = (faces != BACKGROUND).astype(np.uint8)
+    covered = is_paper(draw_paper(paper, grid, motion)).astype(np.uint8)
     silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(covered, np.ones((3, 3), np.uint8))
-    return np.asarray(silhouette), np.asarray(borders & ~silhouette)
+    return np.asarray(silhouette), predicted_lines(paper, motion, grid)
 
 
 def _window(match: Match, seen: SeenFrame) -> tuple[int, int, int, int]:

@@ -9,16 +9,18 @@ import numpy.typing as npt
 from folding_server.vision.camera import scales_of
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import REACH, Grid, grid_over
-from folding_server.vision.inner_lines import inner_lines
+from folding_server.vision.inner_lines import inner_lines, strongest_near
 from folding_server.vision.labels import UNKNOWN, Labels
 from folding_server.vision.learning import learn
 from folding_server.vision.photos import Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
-from folding_server.vision.segmentation import Palette, segment
+from folding_server.vision.segmentation import Palette, Segmented, segment
 from folding_server.vision.square import find_square
 
 FINEST = 160.0
 """Pixels per unit at which photos are segmented, at most."""
+FINEST_LINES = 256.0
+"""Pixels per unit at which creases and layer edges are looked for, at most."""
 COARSEST = 64.0
 KEPT = 64
 """Frames kept in memory."""
@@ -90,8 +92,15 @@ class Eyes:
         grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST)), REACH)
         rgb, seen = self.pose.rectify(self.photos.photo(number), grid)
         found = segment(rgb, seen, grid, self.palette)
-        edges = inner_lines(rgb, found.shares, found.unknown, grid.pixels_per_unit)
-        return _Working(rgb, found.shares, found.unknown, edges)
+        return _Working(rgb, found.shares, found.unknown, self._lines(number, found))
+
+    def _lines(self, number: int, found: Segmented) -> Image:
+        """Inner lines, looked for as finely as the photo allows."""
+        grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST_LINES)), REACH)
+        rgb, _ = self.pose.rectify(self.photos.photo(number), grid)
+        shares = cv2.resize(found.shares, (grid.cols, grid.rows), interpolation=cv2.INTER_LINEAR)
+        unknown = cv2.resize(found.unknown.astype(np.uint8), (grid.cols, grid.rows)) > 0
+        return inner_lines(rgb, np.asarray(shares, np.float32), np.asarray(unknown), grid.pixels_per_unit)
 
     def _resampled(self, number: int, pixels_per_unit: float) -> SeenFrame:
         """The working pictures on the grid that was asked for."""
@@ -104,7 +113,7 @@ class Eyes:
         labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
         confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
         rgb = cv2.resize(working.rgb, size, interpolation=method)
-        edges = cv2.resize(working.edges, size, interpolation=method)
+        edges = strongest_near(working.edges, size)
         return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
 
 
