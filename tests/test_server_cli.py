@@ -1,6 +1,10 @@
 """The commands of ``foldingagent-server``: what they write, print and refuse."""
 
 import json
+import signal
+import socket
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +19,12 @@ from paths import SHARED
 
 CAT = SHARED / "programs" / "figure_d_cat_9_frames.json"
 PATTERNS = SHARED / "flatfold" / "patterns"
+
+
+INITIALIZE = (
+    b'{"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"protocolVersion": "2025-06-18", '
+    b'"capabilities": {}, "clientInfo": {"name": "test", "version": "1"}}}\n'
+)
 
 
 class Finished(NamedTuple):
@@ -105,6 +115,8 @@ def test_photograph_writes_a_sequence_and_tells_its_progress(run: Run, tmp_path:
         (["--http", "8000"], 1, "HOST:PORT"),
         (["--http", "127.0.0.1:99999"], 1, "HOST:PORT"),
         (["--http", "203.0.113.9:8000"], 1, "203.0.113.9:8000"),
+        (["--http", "127.0.0.1:0", "--database", "nonsense"], 1, "nonsense"),
+        (["--data", "bad.json/data"], 1, "bad.json/data"),
         (["--colour", "red"], 2, "--colour"),
         (["crumple"], 2, "crumple"),
         (["simulate"], 2, "PROGRAM"),
@@ -145,6 +157,32 @@ def test_the_installed_module_runs_as_a_process(tmp_path: Path) -> None:
     refused = server("check", "nowhere.fold", cwd=tmp_path)
     assert refused.returncode == 1
     assert refused.stderr.count("\n") == 1
+
+
+def test_an_address_in_use_is_refused(run: Run, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        finished = run("--http", f"127.0.0.1:{port}", "--data", tmp_path)
+    assert finished.code == 1
+    assert f"127.0.0.1:{port}" in finished.err
+    assert finished.err.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends an interrupt as a terminal does on Unix")
+def test_an_interrupt_ends_a_server_that_waits_for_input(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "folding_server", "--data", str(tmp_path / "data")]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(INITIALIZE)
+        process.stdin.flush()
+        assert b"foldingagent" in process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == -signal.SIGINT
+    assert b"Traceback" not in errors
 
 
 def test_a_host_that_hangs_up_ends_the_server(tmp_path: Path) -> None:

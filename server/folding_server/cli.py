@@ -5,6 +5,7 @@ What a command needs is imported inside it, so that serving starts quickly.
 
 import json
 import logging
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from folding_schemas.results import ExportFormat
 
     from folding_server.simulator import Paper
+    from folding_server.tools.desk import Desk
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
@@ -94,16 +96,45 @@ def serve(
         if not folder.is_dir():
             raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
-    settings = Settings(data or _data_folder(), database, tuple(sequences or ()), shared=http is not None)
+    settings = Settings(
+        _data_folder(data, database), database, tuple(sequences or ()), shared=http is not None
+    )
     with Desk(settings) as desk:
-        if http is not None:
+        if http is None:
+            _serve_stdio(desk)
+        else:
             from folding_server.http import parse_address, serve
 
             serve(desk, parse_address(http), known_as or ())
-        else:
-            from folding_server.app import FoldingServer
 
-            FoldingServer(desk).run("stdio")
+
+def _serve_stdio(desk: "Desk") -> None:
+    """Answer the host on stdin and stdout until it hangs up.
+
+    An interrupt ends the process at once, even while it waits for input: what was answered is stored.
+    """
+    from folding_server.app import FoldingServer
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    FoldingServer(desk).run("stdio")
+
+
+def _data_folder(given: Path | None, database: str | None) -> Path:
+    """The folder for the database, made when missing: the user's own data folder if nothing else is said.
+
+    FoldingError if it is needed and cannot be made.
+    """
+    from platformdirs import user_data_path
+
+    folder = given or user_data_path("foldingagent", appauthor=False)
+    if database is None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FoldingError(
+                f"The data folder {folder} cannot be made ({error.strerror}); choose another with --data."
+            ) from error
+    return folder
 
 
 @app.command()
@@ -266,10 +297,3 @@ def _write(path: Path, content: str | bytes) -> str:
 def _print_json(document: Any) -> None:  # noqa: ANN401 - any JSON
     """The one document of ``--json``."""
     typer.echo(json.dumps(document, ensure_ascii=False))
-
-
-def _data_folder() -> Path:
-    """Where runs are kept if nothing else is said: the user's own data folder."""
-    from platformdirs import user_data_path
-
-    return user_data_path("foldingagent", appauthor=False)

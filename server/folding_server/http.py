@@ -43,9 +43,10 @@ def parse_address(text: str) -> Address:
 def serve(desk: Desk, address: Address, known_as: Sequence[str] = ()) -> None:
     """Serve over HTTP until interrupted.
 
-    Requests are accepted only under local names, the host's and ``known_as``. Raises AddressError if the
-    address cannot be listened on.
+    Requests are accepted only under local names, the host's and ``known_as``. Raises FoldingError if
+    the address, the database or a folder of sequences cannot be used.
     """
+    desk.prepare()
     with _listening(address) as listener:
         port = listener.getsockname()[1]
         app = http_app(FoldingServer(desk), address.host, known_as)

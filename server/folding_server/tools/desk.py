@@ -77,6 +77,10 @@ class Desk:
                 self._library = Library(self.settings.sequences)
             return self._library
 
+    def prepare(self) -> None:
+        """Open the store and the library now, so that what is wrong with them shows before anyone calls."""
+        _ = self.store, self.library
+
     def open(self, sequence: str | None) -> "RunView":
         """Start a run of a sequence, or a free fold. PhotoError if there is no such sequence."""
         from folding_server.diagram.colors import colors_of  # noqa: PLC0415  (loads shapely)
