@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from folding_server.errors import ActionRefused
 from folding_server.simulator.cutting import Cutting
+from folding_server.simulator.flat_vertices import unflat_vertex
 from folding_server.simulator.paper import Crease, Edge, Paper
 from folding_server.simulator.plane_geometry import TOLERANCE, Line, line_through, mirror
 from folding_server.simulator.planes import planes
@@ -29,7 +30,14 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
             f"Folding along [{edge[0]}, {edge[1]}] in direction {direction:+d} would turn the whole model over; "
             "use flip for that, or the other direction."
         )
-    return _turned_over(paper, cutting, edge)
+    folded, creased = _turned_over(paper, cutting, edge)
+    blunt = unflat_vertex(folded, creased)
+    if blunt is not None:
+        raise ActionRefused(
+            f"The line through [{edge[0]}, {edge[1]}] runs along an older crease within {TOLERANCE:g} and leaves it at "
+            f"vertex {blunt}, where the fold would end inside the paper; fold along that crease or clear of it."
+        )
+    return folded
 
 
 def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
@@ -86,19 +94,21 @@ def _plane_through(paper: Paper, edge: Edge, cutting: "Cutting") -> list[int]:
     return sorted(touching, key=rank.__getitem__)
 
 
-def _turned_over(paper: Paper, cutting: "Cutting", edge: Edge) -> Paper:
-    """The paper with the moving faces mirrored, in reversed order on top, and the turned edges on record."""
+def _turned_over(paper: Paper, cutting: "Cutting", edge: Edge) -> tuple[Paper, list[Edge]]:
+    """The paper with the moving faces mirrored, in reversed order on top, and the edges that turned, put on record."""
     number = paper.folds + 1
     reflection = mirror(cutting.line)
     moving = cutting.moving
     isometries = {f: reflection.after(t) if f in moving else t for f, t in cutting.isometries.items()}
     creases = dict(cutting.creases)
+    turned: list[Edge] = []
     for crease, beside in cutting.beside.items():
         if len(beside) == 2 and (beside[0] in moving) != (beside[1] in moving):
             mover = beside[0] if beside[0] in moving else beside[1]
             creases[crease] = Crease(number, mover, creases.get(crease))
+            turned.append(crease)
     stays, turns = cutting.stacks(paper.order)
-    return replace(
+    folded = replace(
         paper,
         places=cutting.places,
         faces=cutting.faces,
@@ -108,3 +118,4 @@ def _turned_over(paper: Paper, cutting: "Cutting", edge: Edge) -> Paper:
         folds=number,
         fold_edges={**paper.fold_edges, number: edge},
     )
+    return folded, turned

@@ -66,7 +66,8 @@ def layers_of_planes(paper: Paper) -> list[list[list[int]]]:
     plane_of = {face: i for i, group in enumerate(groups) for face in group}
     below: dict[int, set[int]] = {i: set() for i in range(len(groups))}
     for lower, upper in pairs:
-        below[plane_of[upper]].add(plane_of[lower])
+        if plane_of[lower] != plane_of[upper]:
+            below[plane_of[upper]].add(plane_of[lower])
     depth: dict[int, int] = {}
     for i in nx.topological_sort(_lies_over(groups, pairs)):
         depth[i] = 1 + max((depth[j] for j in below[i]), default=-1)
@@ -81,7 +82,8 @@ def _lies_over(groups: list[list[int]], pairs: list[tuple[int, int]]) -> "nx.DiG
     plane_of = {face: i for i, group in enumerate(groups) for face in group}
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(range(len(groups)))
-    graph.add_edges_from((plane_of[lower], plane_of[upper]) for lower, upper in pairs)
+    relation = ((plane_of[lower], plane_of[upper]) for lower, upper in pairs)
+    graph.add_edges_from((lower, upper) for lower, upper in relation if lower != upper)
     return graph
 
 

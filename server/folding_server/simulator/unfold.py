@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 from folding_server.errors import ActionRefused
+from folding_server.simulator.flat_vertices import unflat_vertex
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
 from folding_server.simulator.plane_geometry import TOLERANCE, Isometry, Line, overlap
 from folding_server.simulator.planes import bounding_box, boxes_meet
@@ -47,12 +48,23 @@ def unfold(paper: Paper, edge: Edge | None = None) -> Paper:
     for swinging in (moved, frozenset(paper.faces) - moved):
         way = _way(paper, swinging, hinge)
         if isinstance(way, bool):
-            return _swung(paper, swinging, hinge, over=way)
+            return _checked(_swung(paper, swinging, hinge, over=way), hinge, _name(paper, number))
         reasons.append(way)
     raise ActionRefused(
         f"{_name(paper, number)} cannot be undone: {reasons[0]} and, for the other side, {reasons[1]}; "
         "unfold what is in the way first."
     )
+
+
+def _checked(paper: Paper, hinge: Hinge, name: str) -> Paper:
+    """The unfolded paper; ActionRefused if it would not lie flat at a vertex of the crease."""
+    blunt = unflat_vertex(paper, hinge.edges)
+    if blunt is not None:
+        raise ActionRefused(
+            f"{name} cannot be undone: a newer crease ends at vertex {blunt} of it, where the paper would not lie flat; "
+            "unfold the newer fold first."
+        )
+    return paper
 
 
 def newest_fold(paper: Paper) -> int:

@@ -18,10 +18,12 @@ def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:
     p, q = paper.places[u], paper.places[v]
     length = ((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2) ** 0.5
     if not 0 <= position <= 1:
-        raise ActionRefused(f"Position {position:g} is outside the edge; give a fraction from 0 to 1.")
+        raise ActionRefused(f"Position {position:g} is outside edge [{u}, {v}]; give a fraction from 0 to 1.")
     for end, gap in ((u, position * length), (v, (1 - position) * length)):
         if gap <= TOLERANCE:
-            raise ActionRefused(f"Position {position:g} is vertex {end} itself; use that vertex instead.")
+            raise ActionRefused(
+                f"Position {position:g} on edge [{u}, {v}] is vertex {end} itself; use that vertex instead."
+            )
     new = max(paper.places) + 1
     faces, creases = dict(paper.faces), dict(paper.creases)
     for face in paper.edge_faces[edge_of(u, v)]:

@@ -1,0 +1,47 @@
+"""The last check of a fold or unfold: every vertex it touched must still lie flat (Maekawa's and Kawasaki's theorems).
+
+Lines that run along a crease to within the tolerance and leave it at a tiny angle would end a fold inside the sheet,
+which no paper can do. Such actions are refused.
+"""
+
+from collections.abc import Iterable
+from math import atan2, hypot, pi
+
+from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.plane_geometry import TOLERANCE
+
+
+def unflat_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
+    """A vertex inside the sheet, at an end of one of the edges, that cannot lie flat; None if there is none.
+
+    Its mountains and valleys must differ by two and its alternate angles add up to half a turn, as far as creases whose
+    ends may each be off by the tolerance can say. A vertex without folded creases lies flat.
+    """
+    touched = {v for edge in edges for v in edge}
+    around: dict[int, list[Edge]] = {v: [] for v in touched}
+    for edge in paper.edge_faces:
+        for v in edge:
+            if v in touched:
+                around[v].append(edge)
+    return next((v for v in sorted(touched) if not _lies_flat(paper, v, around[v])), None)
+
+
+def _lies_flat(paper: Paper, vertex: int, edges: list[Edge]) -> bool:
+    letters = [paper.letter(edge) for edge in edges]
+    if "B" in letters:
+        return True
+    folded = [edge for edge, letter in zip(edges, letters, strict=True) if letter != "F"]
+    if not folded:
+        return True
+    mountains = letters.count("M")
+    return abs(2 * mountains - len(folded)) == 2 and _balanced(paper, vertex, folded)
+
+
+def _balanced(paper: Paper, vertex: int, folded: list[Edge]) -> bool:
+    """Kawasaki's theorem at a vertex."""
+    x, y = paper.places[vertex]
+    arms = [paper.places[u if v == vertex else v] for u, v in folded]
+    shortest = min(hypot(px - x, py - y) for px, py in arms)
+    turns = sorted(atan2(py - y, px - x) for px, py in arms)
+    alternate = sum(turns[i + 1] - turns[i] for i in range(0, len(turns), 2))
+    return abs(alternate - pi) <= 2 * TOLERANCE * len(folded) / max(shortest, TOLERANCE)
