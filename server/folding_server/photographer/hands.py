@@ -257,13 +257,11 @@ def _with_nails(color: Floats, hand: Hand, points: tuple[Floats, Floats], light:
     tone = np.clip(linear_color(hand.skin) * np.array([1.12, 1.08, 1.1], np.float32) + 0.05, 0, 1)
     for x, y, tilt, radius in hand.nails:
         c, s = cos(radians(tilt)), sin(radians(tilt))
-        across, along = c * (points[0] - x) - s * (points[1] - y), s * (points[0] - x) + c * (points[1] - y)
-        inside = np.clip(
-            (1 - (across / radius) ** 2 - ((along - 0.3 * radius) / (1.35 * radius)) ** 2) * 3, 0, 1
-        )
-        color = (
-            color * (1 - 0.75 * inside[..., None]) + tone * (0.75 * inside * (light * 0.9 + 0.12))[..., None]
-        )
+        spot = np.nonzero((np.abs(points[0] - x) < 2 * radius) & (np.abs(points[1] - y) < 2 * radius))
+        dx, dy = points[0][spot] - x, points[1][spot] - y
+        across, along = (c * dx - s * dy) / radius, (s * dx + c * dy - 0.3 * radius) / (1.35 * radius)
+        inside = 0.75 * np.clip((1 - across**2 - along**2) * 3, 0, 1)[:, None]
+        color[spot] = color[spot] * (1 - inside) + tone * inside * (light[spot] * 0.9 + 0.12)[:, None]
     return floats(color)
 
 

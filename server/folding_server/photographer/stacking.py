@@ -15,7 +15,7 @@ from folding_server.photographer.camera import Matrix
 from folding_server.photographer.colors import Floats, floats
 from folding_server.photographer.geometry import Placement
 from folding_server.photographer.sheet_texture import SheetTexture
-from folding_server.simulator.planes import plane_index, planes
+from folding_server.simulator.planes import planes
 
 SAMPLES = 3
 MARGIN = 0.08
@@ -109,7 +109,7 @@ def paint_stack(
         window, floats(under), np.ones((rows, cols), np.float32), np.full((rows, cols), -1, np.int16)
     )
     _shade_table(canvas, placement, shading, unit)
-    plane_of = plane_index(planes(placement.paper))
+    plane_of = {face: i for i, group in enumerate(planes(placement.paper)) for face in group}
     for face in placement.paper.order:
         _paint_face(canvas, placement, sheet, shading, face, plane_of[face], tones[face], unit)
     return _resolve(table, canvas)
@@ -154,9 +154,10 @@ def _paint_face(
         side, motion, mask.shape[::-1], flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     inside = mask > 0
-    canvas.albedo[box][inside] = skin[inside] * np.float32(tone)
-    canvas.light[box][inside] = 1.0
-    canvas.plane[box][inside] = plane
+    toned = floats(skin) * np.float32(tone)
+    np.copyto(canvas.albedo[box], toned, where=inside[..., None])
+    np.copyto(canvas.light[box], np.float32(1), where=inside)
+    np.copyto(canvas.plane[box], np.int16(plane), where=inside)
     _rim(canvas, placement, face, outline, box)
 
 
