@@ -1,6 +1,6 @@
 """How well photos with truth are seen: corner error, label accuracy, hidden share, seconds. Prints JSON.
 
-    python benchmarks/vision.py FOLDER...    sequence folders, or folders of them, each with a truth.json
+python benchmarks/vision.py FOLDER...    sequence folders, or folders of them, each with a truth.json
 """
 
 import argparse
@@ -42,7 +42,9 @@ class Undeclared:
 
 def main() -> None:
     """Measure the folders given on the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--undeclared", action="store_true", help="do not tell the declared colours")
     options = parser.parse_args()
@@ -86,7 +88,7 @@ def measure(folder: Path, undeclared: bool) -> dict[str, Any]:
 
 
 def score(seen: SeenFrame, frame: dict[str, Any], pose: Pose) -> dict[str, float]:
-    """Share of known pixels in the union of true and seen paper whose label is true; share of true paper unknown."""
+    """Share of known paper pixels whose label is true, and share of the true paper that is unknown."""
     true = true_labels(frame, pose, seen)
     known = seen.labels != UNKNOWN
     union = (is_paper(true) | is_paper(seen.labels)) & known
@@ -97,12 +99,17 @@ def score(seen: SeenFrame, frame: dict[str, Any], pose: Pose) -> dict[str, float
 
 
 def true_labels(frame: dict[str, Any], pose: Pose, seen: SeenFrame) -> Labels:
-    """What the labels should be, drawn from where the vertices lie in the picture, half a pixel at borders allowed."""
+    """What the labels should be, from where the vertices lie in the picture; half a pixel is allowed."""
     pixels = frame.get("vertex_pixels") or frame["camera"]["vertex_pixels"]
     places = dict(zip(pixels, pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True))
     polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
     backs = [bool(frame["orientations"][str(f)]) for f in frame["order"]]
-    fine = replace(seen.grid, pixels_per_unit=seen.grid.pixels_per_unit * 2, rows=seen.grid.rows * 2, cols=seen.grid.cols * 2)
+    fine = replace(
+        seen.grid,
+        pixels_per_unit=seen.grid.pixels_per_unit * 2,
+        rows=seen.grid.rows * 2,
+        cols=seen.grid.cols * 2,
+    )
     drawn = draw_labels(polygons, backs, fine)
     corners = np.stack([drawn[i::2, j::2] for i in (0, 1) for j in (0, 1)])
     agrees = (corners == seen.labels).any(axis=0)

@@ -28,7 +28,9 @@ def folded(position: float = 0.4) -> Paper:
     return fold(add_vertex(add_vertex(new_paper(), (1, 2), position), (2, 3), 0.7), (5, 6), 1)
 
 
-def seen_as(paper: Paper, motion: Isometry, scales: tuple[float, float] = (1.0, 1.0), two: bool = True) -> SeenFrame:
+def seen_as(
+    paper: Paper, motion: Isometry, scales: tuple[float, float] = (1.0, 1.0), two: bool = True
+) -> SeenFrame:
     """A photo that shows just this."""
     labels = draw_paper(paper, GRID, motion)
     if not two:
@@ -41,7 +43,9 @@ def similarity(dx: float, dy: float, clockwise: float, scale: float = 1.0) -> Is
     """Turn and scale about the middle of the sheet, then shift."""
     a, b, c, d, e, f = turn(clockwise, (0.5, 0.5))
     shift = 0.5 * (1 - scale)
-    return Isometry(scale * a, scale * b, scale * c, scale * d, scale * e + shift + dx, scale * f + shift + dy)
+    return Isometry(
+        scale * a, scale * b, scale * c, scale * d, scale * e + shift + dx, scale * f + shift + dy
+    )
 
 
 def test_agreement_is_one_for_the_truth_and_falls_with_the_error() -> None:
@@ -128,7 +132,9 @@ def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
     match = compare(new_paper(), marked)
     assert match.agreement > 0.98
     assert match.verdict == "MISMATCH"
-    assert match.words == ["centre: the photo shows back side where the diagram has front side (area 0.010, 0.10 wide)"]
+    assert match.words == [
+        "centre: the photo shows back side where the diagram has front side (area 0.010, 0.10 wide)"
+    ]
     assert judge(0.99, ()) == "MATCH"
 
 

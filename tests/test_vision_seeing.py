@@ -2,17 +2,18 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
-from folding_server.simulator import fold
+from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.simulator.plane_geometry import turn
-from folding_server.vision.grid import grid_over
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, as_one_colour, is_paper
+from folding_server.vision.grid import Grid, grid_over
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import Eyes, see_sequence
 from paths import SHARED
@@ -29,8 +30,6 @@ def triangle() -> Paper:
 
 def half_turned_back() -> Paper:
     """Front and back both show: a corner folded to the centre line."""
-    from folding_server.simulator import add_vertex
-
     paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.4), (2, 3), 0.7)
     return fold(paper, (5, 6), 1)
 
@@ -100,7 +99,9 @@ def test_a_shadow_on_the_table_is_table() -> None:
     shadow = np.ones((SIDE, SIDE), np.float32)
     cv2.rectangle(shadow, (230, 60), (330, 160), 0.6, cv2.FILLED)
     photo *= cv2.GaussianBlur(shadow, (0, 0), 8)[..., None]
-    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look), photo.astype(np.uint8)]))
+    eyes = see_sequence(
+        PhotoList([paint(new_paper(), look), paint(triangle(), look), photo.astype(np.uint8)])
+    )
     seen = eyes.frame(3, 90)
     column, row = seen.grid.to_pixel([1.05, 0.9]).round().astype(int)
     assert seen.labels[row, column] == BACKGROUND
@@ -130,7 +131,10 @@ def test_a_crease_shows_among_the_inner_lines() -> None:
 
 @pytest.mark.parametrize(
     ("name", "frames"),
-    [("how_to_make_an_easy_origami_tulip_stem", (1, 3, 5, 6, 9)), ("very_easy_origami_sloth_instructions", (2, 5, 7, 16))],
+    [
+        ("how_to_make_an_easy_origami_tulip_stem", (1, 3, 5, 6, 9)),
+        ("very_easy_origami_sloth_instructions", (2, 5, 7, 16)),
+    ],
 )
 def test_ray_traced_photos_are_labelled_right(name: str, frames: tuple[int, ...]) -> None:
     folder = PHOTOS / "rendered" / name
@@ -142,9 +146,11 @@ def test_ray_traced_photos_are_labelled_right(name: str, frames: tuple[int, ...]
         assert (seen.labels == UNKNOWN)[100:300, 100:300].mean() < 0.25
 
 
-def drawn_truth(frame: dict, eyes: Eyes, grid):  # type: ignore[no-untyped-def, type-arg]
+def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> Labels:
     pixels = frame["camera"]["vertex_pixels"]
-    places = dict(zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True))
+    places = dict(
+        zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True)
+    )
     polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
     return draw_labels(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
 

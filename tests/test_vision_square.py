@@ -1,6 +1,7 @@
 """The flat square of the first photo is found below the pixel; anything else is refused in words."""
 
 import json
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -28,7 +29,7 @@ def test_corners_are_found_below_the_pixel_and_numbered_with_the_least_turn(degr
 
 
 @pytest.mark.parametrize("sequence", sorted((PHOTOS / "rendered").iterdir()), ids=lambda p: str(p.name)[:12])
-def test_corners_of_ray_traced_photos_are_right_to_two_thirds_of_a_pixel(sequence) -> None:  # type: ignore[no-untyped-def]
+def test_corners_of_ray_traced_photos_are_right_to_two_thirds_of_a_pixel(sequence: Path) -> None:
     frame = json.loads((sequence / "truth.json").read_text())["frames"][0]
     pose = pose_of(find_square(read_rgb(sequence / frame["image"]), "Frame 1"))
     true = np.array([frame["camera"]["vertex_pixels"][str(v)] for v in (1, 2, 3, 4)]) - 0.5

@@ -56,7 +56,9 @@ def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) 
     colours = np.array([look.table, look.front, look.back], np.float32)
     picture = colours[draw_paper(paper, fine, motion)]
     picture = cv2.resize(picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-    picture = cv2.GaussianBlur(picture, (0, 0), 0.7) * (1 - look.lamp * np.linspace(0, 1, SIDE)[None, :, None])
+    picture = cv2.GaussianBlur(picture, (0, 0), 0.7) * (
+        1 - look.lamp * np.linspace(0, 1, SIDE)[None, :, None]
+    )
     noise = np.random.default_rng(seed).normal(0, 2.0, picture.shape)
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 

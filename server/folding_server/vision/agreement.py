@@ -25,7 +25,7 @@ class Target:
     @cached_property
     def known(self) -> npt.NDArray[np.uint8]:
         """1 where the class is known."""
-        return (self.labels != UNKNOWN).astype(np.uint8)
+        return np.asarray(self.labels != UNKNOWN, np.uint8)
 
     @cached_property
     def zone(self) -> npt.NDArray[np.uint8]:
@@ -64,13 +64,13 @@ class Target:
 
 
 def agreement(predicted: Labels, target: Target) -> float:
-    """Share of the known pixels on and around predicted and seen paper whose class agrees; 0 if there are none.
+    """Share of the known pixels on and around predicted and seen paper whose class agrees; 0 if none.
 
     If the sides look alike in the photo, all paper counts as one class.
     """
     if not target.two_coloured:
         predicted = as_one_colour(predicted)
-    paper = cv2.min(predicted, 1)
+    paper = np.asarray(cv2.threshold(predicted, 0, 1, cv2.THRESH_BINARY)[1], np.uint8)
     zone = cv2.bitwise_and(cv2.bitwise_or(target.widened(paper), target.zone), target.known)
     total = cv2.countNonZero(zone)
     return 1.0 - wrong_pixels(predicted, target) / total if total else 0.0

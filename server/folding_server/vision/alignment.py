@@ -1,4 +1,4 @@
-"""The best small motion that lays a predicted paper over a photo's: the sheet drifts, and cameras are hand-held."""
+"""The best small motion from a predicted paper to a photo's: sheets drift, and cameras are hand-held."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _SCALE_PRICE = 0.15
 _SHIFT_PRICE = 0.01
 
 Parameters = tuple[float, float, float, float]
-"""dx, dy in sheet units, turn in radians (counter-clockwise), logarithm of the scale; about the paper's centre."""
+"""dx, dy in sheet units, turn in radians counter-clockwise, logarithm of the scale; about the centre."""
 STILL: Parameters = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -31,8 +31,8 @@ STILL: Parameters = (0.0, 0.0, 0.0, 0.0)
 class Alignment:
     """``motion`` takes the predicted paper to where the photo has it.
 
-    ``shift`` is (dx, dy in sheet units, degrees clockwise) about the predicted paper's ``centre``; ``agreement`` is
-    what :func:`folding_server.vision.agreement.agreement` gives after the motion.
+    ``shift`` is (dx, dy in sheet units, degrees clockwise) about the predicted paper's ``centre``;
+    ``agreement`` is what :func:`folding_server.vision.agreement.agreement` gives after the motion.
     """
 
     motion: Isometry
@@ -70,7 +70,9 @@ def align(
 class _Search:
     """Hill climbing on the agreement of one prediction."""
 
-    def __init__(self, polygons: Sequence[Polygon], backs: Sequence[bool], scales: tuple[float, float]) -> None:
+    def __init__(
+        self, polygons: Sequence[Polygon], backs: Sequence[bool], scales: tuple[float, float]
+    ) -> None:
         self.polygons, self.backs, self.scales = polygons, backs, scales
         self.centre = _centre(polygons)
         points = np.array([p for polygon in polygons for p in polygon])

@@ -20,7 +20,7 @@ def coordinates(grid: Grid) -> tuple[Floats, Floats]:
     """Column and row coordinates of a grid, about -1 to 1 over the part of the table that is used."""
     columns = grid.left + (np.arange(grid.cols) + 0.5) / grid.pixels_per_unit
     rows = grid.top - (np.arange(grid.rows) + 0.5) / grid.pixels_per_unit
-    return (columns - 0.5) / 1.3, (rows - 0.5) / 1.3
+    return np.asarray((columns - 0.5) / 1.3, np.float64), np.asarray((rows - 0.5) / 1.3, np.float64)
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,14 @@ class Look:
     def cost(self, lab: Image, grid: Grid, shadows: bool = True) -> Image:
         """How badly each pixel fits, (rows, cols), in nats; without ``shadows`` only plain light counts."""
         columns, rows = coordinates(grid)
-        return np.minimum.reduce([pixel_cost(lab, s.on(columns, rows), s.covariance, shadows) for s in self.surfaces])
+        costs = [pixel_cost(lab, s.on(columns, rows), s.covariance, shadows) for s in self.surfaces]
+        return np.asarray(np.minimum.reduce(costs), np.float32)
 
     def strangeness(self, lab: Image, grid: Grid) -> Image:
         """Distance in Lab of each pixel from the nearest lit or shaded colour of the class, (rows, cols)."""
         columns, rows = coordinates(grid)
-        return np.minimum.reduce([_shaded_distance(lab, s.on(columns, rows)) for s in self.surfaces])
+        distances = [_shaded_distance(lab, s.on(columns, rows)) for s in self.surfaces]
+        return np.asarray(np.minimum.reduce(distances), np.float32)
 
 
 def _shaded_distance(lab: Image, expected: Image) -> Image:
@@ -49,7 +51,7 @@ def _shaded_distance(lab: Image, expected: Image) -> Image:
 
 
 def pixel_cost(lab: Image, expected: Image, covariance: Floats, shadows: bool = True) -> Image:
-    """Half the squared Mahalanobis distance, or the cost of a shadow of the expected colour if that is less."""
+    """Half the squared Mahalanobis distance, or the cost of a shadow of the expected colour if less."""
     inverse = np.linalg.inv(covariance + np.diag(LAB_FLOOR)).astype(np.float32)
     lit = _quadratic(lab - expected, inverse)
     if not shadows:
@@ -65,4 +67,4 @@ def pixel_cost(lab: Image, expected: Image, covariance: Floats, shadows: bool = 
 
 def _quadratic(residual: Image, inverse: Image) -> Image:
     """0.5 r' A r for every pixel."""
-    return 0.5 * np.einsum("...i,...i->...", residual @ inverse, residual)
+    return np.asarray(0.5 * np.einsum("...i,...i->...", residual @ inverse, residual), np.float32)

@@ -48,7 +48,9 @@ def _grain(photos: Photos, frame: int, pose: Pose, palette: Palette) -> tuple[Im
     lab = to_lab(rgb)
     table = seen & (class_costs(lab, grid, palette).argmin(axis=-1) == 0)
     table = cv2.erode(table.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-    light = np.where(table, lab[..., 0], np.median(lab[..., 0][table]) if table.any() else 0).astype(np.float32)
+    light = np.where(table, lab[..., 0], np.median(lab[..., 0][table]) if table.any() else 0).astype(
+        np.float32
+    )
     weight = cv2.GaussianBlur(table.astype(np.float32), (0, 0), _SHINE)
     smooth = cv2.GaussianBlur(light * table, (0, 0), _SHINE) / np.maximum(weight, 1e-3)
     return np.asarray(light - smooth, np.float32), table

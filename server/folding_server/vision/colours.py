@@ -20,19 +20,32 @@ def to_linear(rgb: npt.NDArray[np.generic]) -> Image:
     """Linear light, 0 to 1, of sRGB values 0 to 255 of any shape."""
     table = np.linspace(0, 1, 1024)
     curve = np.where(table <= 0.04045, table / 12.92, ((table + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    return curve[np.clip(np.asarray(rgb, np.float32) * (1023 / 255.0) + 0.5, 0, 1023).astype(np.int32)]
+    places = np.clip(np.asarray(rgb, np.float32) * (1023 / 255.0) + 0.5, 0, 1023).astype(np.int32)
+    return np.asarray(curve[places], np.float32)
 
 
 def lab_of_linear(linear: Vector) -> Vector:
     """Lab of one linear colour, (3,) to (3,)."""
     c = np.clip(linear, 0.0, 1.0)
     coded = np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055)
-    return np.asarray(cv2.cvtColor(coded.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0], np.float64)
+    return np.asarray(
+        cv2.cvtColor(coded.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0], np.float64
+    )
 
 
 def lab_of(colour: tuple[int, int, int]) -> Vector:
     """Lab of one sRGB colour."""
     return np.asarray(to_lab(np.array([[colour]], np.uint8))[0, 0], np.float64)
+
+
+def cluster(colours: Image, count: int) -> tuple[npt.NDArray[np.int32], Image]:
+    """K-means of (N, 3) colours, the same each time: which cluster each belongs to, (N,), and the centres."""
+    criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 20, 0.3)
+    sample = np.ascontiguousarray(colours, np.float32)
+    start = np.zeros((len(sample), 1), np.int32)
+    cv2.setRNGSeed(1)
+    _, numbers, centres = cv2.kmeans(sample, count, start, criteria, 2, cv2.KMEANS_PP_CENTERS)
+    return np.asarray(numbers, np.int32).ravel(), np.asarray(centres, np.float32)
 
 
 def skin(rgb: Picture) -> npt.NDArray[np.bool_]:

@@ -12,7 +12,16 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.agreement import Target
 from folding_server.vision.alignment import Alignment, align_paper
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.labels import (
+    BACK,
+    BACKGROUND,
+    FRONT,
+    NAMES,
+    UNKNOWN,
+    Labels,
+    as_one_colour,
+    is_paper,
+)
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
 
@@ -26,7 +35,7 @@ DIVERGED_AGREEMENT = 0.5
 MATCHING_WIDTH = 0.035
 """Sheet units that the widest disagreement of a match may measure across."""
 BORDER_NOISE = 0.012
-"""Width, in sheet units, of disagreement along outlines that is put down to the photo; two pixels always are."""
+"""Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MISPLACED_LINES = -0.05
@@ -39,7 +48,7 @@ MOST_WORDS = 5
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """One connected region in which photo and diagram differ; lengths in sheet units, area in units squared."""
+    """One connected region in which photo and diagram differ, in sheet units and units squared."""
 
     seen: int
     predicted: int
@@ -57,11 +66,12 @@ class Discrepancy:
 class Match:
     """The answer of :func:`compare`.
 
-    ``iou`` has front, back and paper (only paper if the sides look alike); a class that neither photo nor diagram
-    shows counts as 1. ``outline_distance`` is the mean symmetric distance of the silhouettes in sheet units,
-    ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the aligned label image.
-    ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside the paper, ``missing_lines`` which
-    of them it lacks, see :class:`folding_server.vision.inner_lines.LineMatch`.
+    ``iou`` has front, back and paper (only paper if the sides look alike); a class that neither photo nor
+    diagram shows counts as 1. ``outline_distance`` is the mean symmetric distance of the silhouettes in sheet
+    units, ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the
+    aligned label image. ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside
+    the paper, ``missing_lines`` which of them it lacks, see
+    :class:`folding_server.vision.inner_lines.LineMatch`.
     """
 
     verdict: Verdict
@@ -96,7 +106,9 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     where = _frame(is_paper(predicted) | is_paper(seen.labels))
     missing = tuple(f"{_place(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
     iou = class_iou(predicted, seen)
-    return Match(verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted, lines.agreement, missing)
+    return Match(
+        verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted, lines.agreement, missing
+    )
 
 
 def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = NO_LINES) -> Verdict:
@@ -104,7 +116,9 @@ def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = N
     if agreement < DIVERGED_AGREEMENT:
         return "EXTREME DIVERGENCE"
     widest = max((d.width for d in found), default=0.0)
-    inside = lines.agreement >= MISPLACED_LINES and all(length < MISSING_LENGTH for _, _, length in lines.missing)
+    inside = lines.agreement >= MISPLACED_LINES and all(
+        length < MISSING_LENGTH for _, _, length in lines.missing
+    )
     matches = agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH and inside
     return "MATCH" if matches else "MISMATCH"
 
@@ -168,8 +182,8 @@ def _regions(
         return []
     depth = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     count, numbered, stats, centroids = cv2.connectedComponentsWithStats(mask, connectivity=4)
-    deepest = np.zeros(count)
-    np.maximum.at(deepest, numbered.ravel(), depth.ravel())
+    deepest = np.zeros(count, np.float32)
+    np.maximum.at(deepest, np.asarray(numbered, np.int32).ravel(), np.asarray(depth, np.float32).ravel())
     return [
         Discrepancy(
             here,

@@ -44,13 +44,17 @@ class Grid:
         """Plane points (..., 2) to (column, row)."""
         xy = np.asarray(points, dtype=np.float64)
         scale = self.pixels_per_unit
-        return np.stack([(xy[..., 0] - self.left) * scale - 0.5, (self.top - xy[..., 1]) * scale - 0.5], axis=-1)
+        return np.stack(
+            [(xy[..., 0] - self.left) * scale - 0.5, (self.top - xy[..., 1]) * scale - 0.5], axis=-1
+        )
 
     def to_plane(self, pixels: npt.ArrayLike) -> Floats:
         """(column, row) points (..., 2) to the plane."""
         uv = np.asarray(pixels, dtype=np.float64)
         scale = self.pixels_per_unit
-        return np.stack([self.left + (uv[..., 0] + 0.5) / scale, self.top - (uv[..., 1] + 0.5) / scale], axis=-1)
+        return np.stack(
+            [self.left + (uv[..., 0] + 0.5) / scale, self.top - (uv[..., 1] + 0.5) / scale], axis=-1
+        )
 
     def matrix(self) -> Floats:
         """The 3x3 affine matrix of :meth:`to_pixel`."""

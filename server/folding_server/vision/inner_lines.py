@@ -1,4 +1,4 @@
-"""Creases and layer edges inside the paper: faint lines that no class border shows, and how well a state has them."""
+"""Creases and layer edges inside the paper: faint lines that no border of a class shows."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from folding_server.vision.segmentation import Bools
 RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""
 FAINTEST, FULL = 4.5, 11.0
-"""Responses, in standard deviations of the paper's grain, from which a line is seen and at which it counts fully."""
+"""Responses, in deviations of the paper's grain, from which a line is seen and at which it counts fully."""
 GRAIN_QUANTILE = 85
 """Percent of the paper whose responses are grain or pattern, not lines."""
 REACH = 0.025
@@ -34,8 +34,8 @@ _ACROSS, _ALONG, _SLOW = 0.0045, 0.03, 0.04
 def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: float) -> Image:
     """Strength, 0 to 1, of straight lines within one side of the paper, (rows, cols).
 
-    A line is a ridge, darker or lighter than both its sides, or a step between them. ``shares`` (rows, cols, 3) and
-    ``unknown`` (rows, cols) belong to the same pixels as the picture.
+    A line is a ridge, darker or lighter than both its sides, or a step between them. ``shares`` (rows, cols,
+    3) and ``unknown`` (rows, cols) belong to the same pixels as the picture.
     """
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
     strength = np.zeros_like(grey)
@@ -51,10 +51,12 @@ def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: fl
 
 
 def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Bools, pixels_per_unit: float) -> Image:
-    """Strength of lines in a window, of which ``own`` is paper of one side and ``core`` lies away from its rim."""
+    """Strength of lines in a window; ``own`` is paper of one side, ``core`` the part away from its rim."""
     weight = own.astype(np.float32)
     slow = _SLOW * pixels_per_unit
-    smooth = cv2.GaussianBlur(grey * weight, (0, 0), slow) / np.maximum(cv2.GaussianBlur(weight, (0, 0), slow), 1e-3)
+    smooth = cv2.GaussianBlur(grey * weight, (0, 0), slow) / np.maximum(
+        cv2.GaussianBlur(weight, (0, 0), slow), 1e-3
+    )
     detail = (grey - smooth) * weight
     strongest = np.zeros_like(grey)
     for kernel in _kernels(max(0.9, _ACROSS * pixels_per_unit), max(3.0, _ALONG * pixels_per_unit)):
@@ -62,7 +64,9 @@ def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Bools, pixels_per_
         median, high = np.percentile(response[core], (50, GRAIN_QUANTILE))
         grain = max(1.4826 * float(median), float(high) / 1.44, 0.15)
         np.maximum(strongest, response / grain, out=strongest)
-    return np.asarray(np.where(core, np.clip((strongest - FAINTEST) / (FULL - FAINTEST), 0, 1), 0), np.float32)
+    return np.asarray(
+        np.where(core, np.clip((strongest - FAINTEST) / (FULL - FAINTEST), 0, 1), 0), np.float32
+    )
 
 
 def _kernels(across: float, along: float) -> Iterator[Image]:
@@ -83,9 +87,9 @@ def _kernels(across: float, along: float) -> Iterator[Image]:
 class LineMatch:
     """How a photo's inner lines and a state's visible layer edges and creases fit together.
 
-    ``agreement``, -1 to 1: 1 if all seen lines are predicted, 0 if nothing is seen or no more than chance explains,
-    below 0 if seen lines lie where none are predicted. ``missing``: seen lines that the state lacks, each as its
-    middle in pixels (column, row) and its length in sheet units, longest first.
+    ``agreement``, -1 to 1: 1 if all seen lines are predicted, 0 if nothing is seen or no more than chance
+    explains, below 0 if seen lines lie where none are predicted. ``missing``: seen lines that the state
+    lacks, each as its middle in pixels (column, row) and its length in sheet units, longest first.
     """
 
     agreement: float
@@ -96,9 +100,12 @@ NO_LINES = LineMatch(0.0, ())
 
 
 def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: Bools) -> LineMatch:
-    """Compare a photo's :func:`inner_lines` on a grid with a state; ``core`` is where both show the same side."""
+    """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side."""
     width = 2 * max(1, round(REACH * grid.pixels_per_unit)) + 1
-    near = cv2.dilate(predicted_lines(paper, motion, grid).astype(np.uint8), np.ones((width, width), np.uint8)) > 0
+    near = (
+        cv2.dilate(predicted_lines(paper, motion, grid).astype(np.uint8), np.ones((width, width), np.uint8))
+        > 0
+    )
     seen = np.where(core, edges, 0)
     total, expected = float(seen.sum()), float((near & core).sum()) / max(float(core.sum()), 1.0)
     if total < 0.05 * grid.pixels_per_unit or expected >= 1:
@@ -141,8 +148,8 @@ def strongest_near(edges: Image, size: tuple[int, int]) -> Image:
     shrink = edges.shape[1] / size[0]
     reach = max(1, round(shrink))
     return np.asarray(
-        cv2.resize(cv2.dilate(edges, np.ones((reach, reach), np.uint8)), size, interpolation=cv2.INTER_LINEAR),
+        cv2.resize(
+            cv2.dilate(edges, np.ones((reach, reach), np.uint8)), size, interpolation=cv2.INTER_LINEAR
+        ),
         np.float32,
     )
-
-

@@ -1,7 +1,7 @@
 """The classes of a label image, one per pixel, as uint8.
 
-When both sides of the sheet look the same a photo can only say "paper": such label images use FRONT for all of the
-paper, and whoever compares them folds a prediction the same way with :func:`as_one_colour`.
+When both sides of the sheet look the same a photo can only say "paper": such label images use FRONT for all
+of the paper, and whoever compares them folds a prediction the same way with :func:`as_one_colour`.
 """
 
 import numpy as np
@@ -27,4 +27,4 @@ def is_paper(labels: Labels) -> npt.NDArray[np.bool_]:
 
 def as_one_colour(labels: Labels) -> Labels:
     """The same label image for a sheet whose sides look alike: BACK becomes FRONT."""
-    return np.where(labels == BACK, np.uint8(FRONT), labels)
+    return np.asarray(np.where(labels == BACK, FRONT, labels), np.uint8)

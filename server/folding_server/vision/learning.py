@@ -1,4 +1,4 @@
-"""How table, front and back look in one sequence: the first photo tells two of them, the later ones the back."""
+"""How table, front and back look in one sequence: frame 1 tells two of them, later frames the back."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from folding_server.vision.appearance import Look, coordinates
 from folding_server.vision.colours import (
     Image,
     Vector,
+    cluster,
     lab_of,
     lab_of_linear,
     skin,
@@ -58,9 +59,11 @@ class Marks:
 
 @dataclass(frozen=True)
 class Group:
-    """One colour that appears in later photos: its mean and spread in Lab, its share of all new pixels, and how much
-    of it is like skin, enters from outside, or is a darker shade of table or front; ``lasting`` is the share of the
-    later photos in which there is a good deal of it."""
+    """One colour that appears in later photos: its mean and spread in Lab, and its share of all new pixels.
+
+    ``skin``, ``entering`` and ``shaded`` say how much of it is like skin, reaches in from outside, or is a darker
+    shade of table or front; ``lasting`` is the share of the later photos in which there is a good deal of it.
+    """
 
     mean: Vector
     covariance: npt.NDArray[np.float64]
@@ -163,12 +166,12 @@ def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[
     pixels = np.concatenate([part[0] for part in parts]) if parts else np.zeros((0, 3), np.float32)
     if len(pixels) < FEWEST:
         return
-    marks = Marks(*(np.concatenate([getattr(part[1], name) for part in parts]) for name in Marks.__annotations__))
-    criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 20, 0.3)
-    cv2.setRNGSeed(1)
-    _, numbers, _ = cv2.kmeans(pixels, CLUSTERS, None, criteria, 2, cv2.KMEANS_PP_CENTERS)
+    marks = Marks(
+        *(np.concatenate([getattr(part[1], name) for part in parts]) for name in Marks.__annotations__)
+    )
+    numbers, _ = cluster(pixels, CLUSTERS)
     for k in range(CLUSTERS):
-        own = numbers.ravel() == k
+        own = numbers == k
         if own.sum() >= FEWEST:
             yield _group(pixels[own].astype(np.float64), marks.only(own), float(own.mean()), len(frames))
 
@@ -179,8 +182,8 @@ def _group(colours: npt.NDArray[np.float64], marks: Marks, share: float, frames:
     covariance = np.cov(near.T) if len(near) > 10 else np.diag([30.0, 15.0, 15.0])
     per_frame = np.bincount(marks.frame)
     lasting = float((per_frame > GOOD_DEAL * COARSE**2).sum()) / frames
-    shares = (float(m.mean()) for m in (marks.skin, marks.entering, marks.shaded))
-    return Group(mean, covariance, share, *shares, lasting)
+    of_skin, entering, shaded = (float(m.mean()) for m in (marks.skin, marks.entering, marks.shaded))
+    return Group(mean, covariance, share, of_skin, entering, shaded, lasting)
 
 
 def _sampled_frames(count: int) -> list[int]:
@@ -192,7 +195,7 @@ def _sampled_frames(count: int) -> list[int]:
 def _new_pixels(
     photos: Photos, frame: int, pose: Pose, grid: Grid, first: Palette
 ) -> tuple[npt.NDArray[np.float32], Marks]:
-    """Lab of the pixels of a photo that neither table nor front in plain light explains, (N, 3), and their marks."""
+    """Lab (N, 3) of the pixels that neither table nor front in plain light explains, and their marks."""
     rgb, seen = pose.rectify(photos.photo(frame), grid)
     lab = to_lab(rgb)
     lit = np.minimum.reduce([look.cost(lab, grid, shadows=False) for look in first.looks])

@@ -1,4 +1,4 @@
-"""Pictures that show a comparison: the photo from above, the diagram's outline over it, disagreement tinted."""
+"""Pictures of a comparison: the photo from above, the diagram's outline over it, disagreement tinted."""
 
 import cv2
 import numpy as np
@@ -24,8 +24,8 @@ MARGIN = 0.12
 def draw_overlay(paper: Paper, seen: SeenFrame, match: Match, size: int = 768) -> Picture:
     """The rectified photo around the paper, longest side ``size`` pixels, RGB.
 
-    Where the classes disagree it is tinted red; the diagram's silhouette is drawn in magenta, its visible layer
-    edges and creases in cyan.
+    Where the classes disagree it is tinted red; the diagram's silhouette is drawn in magenta, its visible
+    layer edges and creases in cyan.
     """
     left, upper, right, lower = _window(match, seen)
     scale = size / max(right - left, lower - upper)
@@ -47,7 +47,9 @@ def visible_lines(
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """The diagram's silhouette, and the other borders of faces that nothing covers, as masks on a grid."""
     covered = is_paper(draw_paper(paper, grid, motion)).astype(np.uint8)
-    silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(covered, np.ones((3, 3), np.uint8))
+    silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(
+        covered, np.ones((3, 3), np.uint8)
+    )
     return np.asarray(silhouette), predicted_lines(paper, motion, grid)
 
 
@@ -58,7 +60,12 @@ def _window(match: Match, seen: SeenFrame) -> tuple[int, int, int, int]:
         return 0, 0, seen.grid.cols, seen.grid.rows
     margin = round(MARGIN * seen.grid.pixels_per_unit)
     left, upper = max(0, int(cols.min()) - margin), max(0, int(rows.min()) - margin)
-    return left, upper, min(seen.grid.cols, int(cols.max()) + margin), min(seen.grid.rows, int(rows.max()) + margin)
+    return (
+        left,
+        upper,
+        min(seen.grid.cols, int(cols.max()) + margin),
+        min(seen.grid.rows, int(rows.max()) + margin),
+    )
 
 
 def _part(grid: Grid, left: int, upper: int, right: int, lower: int, scale: float) -> Grid:

@@ -17,8 +17,10 @@ SHEET = ((0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
 
 @dataclass(frozen=True)
 class Pose:
-    """``corners`` (4, 2): where vertices 1 to 4 of the flat sheet lie in the photo, (column, row), whole at pixel
-    centres."""
+    """Where vertices 1 to 4 of the flat sheet lie in the photo.
+
+    ``corners`` (4, 2) are (column, row), whole at pixel centres.
+    """
 
     corners: tuple[tuple[float, float], ...]
 

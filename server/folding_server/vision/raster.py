@@ -1,4 +1,4 @@
-"""Folded paper to label images, by painting the faces bottom to top. Built to be called thousands of times a second."""
+"""Folded paper to label images, by painting the faces bottom to top; fast enough for every search."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ _SHIFT = 6
 _FINE = 4
 """Fine pixels a side of each pixel kept: OpenCV fills every pixel that an outline passes through."""
 _INSET = 0.2
-"""Fine pixels that every side moves inwards to make up for that: half a pixel would open cracks between faces."""
+"""Fine pixels that every side moves inwards to make up for that; half a pixel would open cracks."""
 _SLIVER = 0.6
 """Fine pixels of mean width below which a face is not drawn."""
 
@@ -25,8 +25,8 @@ def draw_labels(
 ) -> Labels:
     """The label image of convex folded faces.
 
-    ``polygons`` run bottom to top in sheet units, ``backs`` says which lie back up, ``motion`` (an isometry or a
-    similarity, as the same six numbers) is applied first. A pixel belongs to a face if its centre does.
+    ``polygons`` run bottom to top in sheet units, ``backs`` says which lie back up, ``motion`` (an isometry
+    or a similarity, as the same six numbers) is applied first. A pixel belongs to a face if its centre does.
     """
     return draw_values(polygons, [BACK if back else FRONT for back in backs], grid, motion)
 
@@ -40,7 +40,7 @@ def draw_paper(paper: Paper, grid: Grid, motion: Isometry = IDENTITY) -> Labels:
 def draw_values(
     polygons: Sequence[Polygon], values: Sequence[int], grid: Grid, motion: Isometry = IDENTITY
 ) -> npt.NDArray[np.uint8]:
-    """Like :func:`draw_labels` with any values 1 to 255, such as the place of a face in the stack plus one."""
+    """Like :func:`draw_labels` with any values 1 to 255, such as a face's place in the stack plus one."""
     image = np.full((grid.rows, grid.cols), BACKGROUND, np.uint8)
     ends = np.cumsum([len(p) for p in polygons]).tolist()
     if not ends:
@@ -72,7 +72,7 @@ def _to_pixels(points: Floats, grid: Grid, motion: Isometry) -> Floats:
 
 
 def _box(points: Floats, grid: Grid) -> tuple[int, int, int, int] | None:
-    """The pixels to draw: left, upper, right, lower, the last two exclusive; None if all is outside the grid."""
+    """The pixels to draw: left, upper, right, lower, the last two exclusive; None if there are none."""
     left, upper = np.maximum(np.floor(points.min(axis=0)), 0).astype(int).tolist()
     right, lower = np.minimum(np.ceil(points.max(axis=0)) + 1, (grid.cols, grid.rows)).astype(int).tolist()
     return (left, upper, right, lower) if left < right and upper < lower else None

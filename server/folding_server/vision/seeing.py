@@ -1,6 +1,7 @@
 """Photos as label images of the table plane, in sheet units: the one entrance to perception."""
 
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -16,6 +17,9 @@ from folding_server.vision.photos import Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.segmentation import Palette, Segmented, segment
 from folding_server.vision.square import find_square
+
+Key = TypeVar("Key")
+Value = TypeVar("Value")
 
 FINEST = 160.0
 """Pixels per unit at which photos are segmented, at most."""
@@ -34,7 +38,7 @@ class SeenFrame:
     ``rgb``         (rows, cols, 3) uint8, the rectified photo
     ``confidence``  (rows, cols) float32, 0 to 1, how clear the class is
     ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
-    ``two_coloured`` False if the sides look alike: then all paper is FRONT, and predictions are compared as such
+    ``two_coloured`` False if the sides look alike: then all paper is FRONT, and so predictions are compared
     ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
     """
 
@@ -107,12 +111,12 @@ class Eyes:
         working, grid = self._look(number), grid_over(pixels_per_unit, REACH)
         size = (grid.cols, grid.rows)
         method = cv2.INTER_AREA if grid.rows < working.rgb.shape[0] else cv2.INTER_LINEAR
-        shares = cv2.resize(working.shares, size, interpolation=method)
+        shares = np.asarray(cv2.resize(working.shares, size, interpolation=method), np.float32)
         unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
         order = np.sort(shares, axis=-1)
         labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
         confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
-        rgb = cv2.resize(working.rgb, size, interpolation=method)
+        rgb = np.asarray(cv2.resize(working.rgb, size, interpolation=method), np.uint8)
         edges = strongest_near(working.edges, size)
         return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
 
@@ -125,6 +129,6 @@ def see_sequence(photos: Photos) -> Eyes:
     return Eyes(photos, pose, palette, scales_of(photos, pose, palette))
 
 
-def _drop_oldest(kept: dict, limit: int) -> None:  # type: ignore[type-arg]
+def _drop_oldest(kept: dict[Key, Value], limit: int) -> None:
     while len(kept) >= limit:
         del kept[next(iter(kept))]

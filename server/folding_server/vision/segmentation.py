@@ -9,7 +9,7 @@ import numpy.typing as npt
 from folding_server.vision.appearance import Look, coordinates, pixel_cost
 from folding_server.vision.colours import Image, skin, to_lab, to_linear
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, Labels, is_paper
 from folding_server.vision.photos import Picture
 from folding_server.vision.surfaces import Surface, fit_surface
 
@@ -36,7 +36,7 @@ SMOOTHING = 3.5
 
 @dataclass(frozen=True)
 class Palette:
-    """How everything in a sequence looks. ``back`` is None if the sides look alike or the back was never seen."""
+    """How everything looks. ``back`` is None if the sides look alike or the back was never seen."""
 
     table: Look
     front: Look
@@ -58,7 +58,7 @@ class Segmented:
 
 def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette) -> Segmented:
     """Segment a rectified photo whose pixels within the photo are ``seen``."""
-    lab = to_lab(cv2.GaussianBlur(rgb, (3, 3), 0))
+    lab = to_lab(np.asarray(cv2.GaussianBlur(rgb, (3, 3), 0), np.uint8))
     tuned = adapt(lab, seen, grid, palette)
     costs = class_costs(lab, grid, tuned)
     unknown = unexplained(lab, costs, rgb, grid, tuned) | ~seen
@@ -84,7 +84,10 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
         costs = np.stack([_sampled_cost(look, coarse_lab, x, y) for look in tuned.looks], axis=-1)
         nearest, least = costs.argmin(axis=-1), costs.min(axis=-1)
         sure = coarse_seen & (least < SHADOW_FREE)
-        looks = [_tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k)) for k in range(costs.shape[-1])]
+        looks = [
+            _tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k))
+            for k in range(costs.shape[-1])
+        ]
         tuned = Palette(looks[0], looks[1], looks[2] if len(looks) > 2 else None)
     return tuned
 
@@ -97,7 +100,8 @@ FARTHEST_SHIFT = 12.0
 
 def _sampled_cost(look: Look, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> Image:
     """A look's cost at sampled coordinates."""
-    return np.minimum.reduce([pixel_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces])
+    costs = [pixel_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces]
+    return np.asarray(np.minimum.reduce(costs), np.float32)
 
 
 def _tuned(
@@ -141,10 +145,10 @@ def unexplained(lab: Image, costs: Image, rgb: Picture, grid: Grid, palette: Pal
 
 def _smooth(costs: Image) -> Image:
     """Mean field of a Potts model on the costs: the share of each class, (rows, cols, classes)."""
-    pull = -0.4 * np.minimum(costs, 25.0)
+    pull = np.asarray(-0.4 * np.minimum(costs, 25.0), np.float32)
     shares = _softmax(pull)
     for _ in range(3):
-        shares = _softmax(pull + SMOOTHING * cv2.blur(shares, (5, 5)))
+        shares = _softmax(pull + SMOOTHING * np.asarray(cv2.blur(shares, (5, 5)), np.float32))
     return shares
 
 
@@ -179,7 +183,7 @@ def _fill(labels: Labels, holes: Bools) -> Labels:
 
 
 def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> tuple[Labels, Bools]:
-    """Paper colour that is not joined to the largest piece, not even under what hides it, is not the sheet."""
+    """Paper colour that is not joined to the largest piece, even under what hides it, is no sheet."""
     paper = is_paper(labels) & ~unknown
     reach = max(3, round(0.06 * grid.pixels_per_unit)) | 1
     joined = cv2.dilate((paper | unknown).astype(np.uint8), np.ones((reach, reach), np.uint8))
@@ -191,7 +195,7 @@ def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> tuple[Labels, Bool
 
 
 def _sharpen(labels: Labels, unknown: Bools, rgb: Picture) -> Image:
-    """Shares of the classes, with pixels on a border split by where their light lies between both sides' light."""
+    """Shares of the classes; border pixels are split by where their light lies between both sides'."""
     shares = np.stack([labels == value for value in CLASSES], axis=-1).astype(np.float32)
     light = to_linear(rgb)
     known = (~unknown).astype(np.float32)[..., None]
@@ -215,7 +219,7 @@ def _sharpen(labels: Labels, unknown: Bools, rgb: Picture) -> Image:
 
 
 def _shaded_distances(pixel: Image, means: list[Image]) -> Image:
-    """Distance of each pixel (N, 3) to each class's light, or to what a flap's shadow leaves of it, (N, classes)."""
+    """Distance (N, classes) of pixels (N, 3) to each class's light, or what a shadow leaves of it."""
     distances = []
     for mean in means:
         share = np.einsum("ij,ij->i", pixel, mean) / np.maximum(np.einsum("ij,ij->i", mean, mean), 1e-9)
@@ -227,7 +231,7 @@ def _local_mean(light: Image, own: Bools) -> Image:
     """Mean light of a class's own pixels, away from its borders, in the neighbourhood of each pixel."""
     core = cv2.erode(own.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
     weighted = np.dstack([light * core[..., None], core])
-    total = cv2.blur(weighted, (15, 15))
+    total = np.asarray(cv2.blur(weighted, (15, 15)), np.float32)
     wide = cv2.blur(cv2.resize(weighted, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA), (25, 25))
-    total += 1e-3 * cv2.resize(wide, (light.shape[1], light.shape[0]), interpolation=cv2.INTER_LINEAR)
+    total += 1e-3 * np.asarray(cv2.resize(wide, (light.shape[1], light.shape[0])), np.float32)
     return np.asarray(total[..., :3] / np.maximum(total[..., 3:], 1e-7), np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.errors import PhotoError
-from folding_server.vision.colours import Image, skin, to_lab
+from folding_server.vision.colours import Image, cluster, skin, to_lab
 from folding_server.vision.grid import Floats
 from folding_server.vision.photos import Picture
 from folding_server.vision.straight import edge_support, refine_polygon
@@ -53,8 +53,8 @@ def find_square(rgb: Picture, where: str) -> Floats:
     PhotoError with ``where`` and what was seen if there is no flat, fully visible square.
     """
     scale = min(1.0, WORKING_SIDE / max(rgb.shape[:2]))
-    small = cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else rgb
-    lab = to_lab(cv2.medianBlur(small, 3))
+    small = np.asarray(cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
+    lab = to_lab(np.asarray(cv2.medianBlur(small, 3), np.uint8))
     standing_out = [shape for mask in _differing(lab) for shape in _shapes(mask)]
     clustered = [shape for count in (3, 5) for mask in _clusters(lab, count) for shape in _shapes(mask)]
     quads = [s for s in standing_out + clustered if s.quad_iou >= QUAD_IOU and not s.at_border]
@@ -64,7 +64,9 @@ def find_square(rgb: Picture, where: str) -> Floats:
         corners = refine_polygon(rgb, corners, reach=max(4.0, 2.0 / scale))
         if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE and edge_support(rgb, corners) >= LEAST_SUPPORT:
             return corners
-    raise PhotoError(f"{where} must show the flat, fully visible square sheet, but {_what(small, standing_out)}.")
+    raise PhotoError(
+        f"{where} must show the flat, fully visible square sheet, but {_what(small, standing_out)}."
+    )
 
 
 def _differing(lab: Image) -> Iterator[Mask]:
@@ -77,7 +79,7 @@ def _differing(lab: Image) -> Iterator[Mask]:
 
 
 def table_difference(lab: Image) -> Image:
-    """How many standard deviations each pixel lies from the table, whose colour the picture's border tells."""
+    """How many deviations each pixel lies from the table, whose colour the picture's border tells."""
     rows, cols = lab.shape[:2]
     y, x = np.mgrid[-1 : 1 : rows * 1j, -1 : 1 : cols * 1j]
     border = np.maximum(np.abs(x), np.abs(y)) > 0.86
@@ -90,19 +92,16 @@ def table_difference(lab: Image) -> Image:
         inside = difference < 3.5
         if inside.sum() < 0.1 * inside.size:
             break
-    return difference.astype(np.float32)
+    return np.asarray(difference, np.float32)
 
 
 def _clusters(lab: Image, count: int) -> Iterator[Mask]:
     """One mask for each of ``count`` colour clusters."""
     pixels = lab.reshape(-1, 3)
-    criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 12, 0.5)
-    cv2.setRNGSeed(1)
-    sample = np.ascontiguousarray(pixels[:: max(1, len(pixels) // 8000)])
-    _, _, centres = cv2.kmeans(sample, count, None, criteria, 2, cv2.KMEANS_PP_CENTERS)
+    _, centres = cluster(pixels[:: max(1, len(pixels) // 8000)], count)
     nearest = np.stack([((lab - centre) ** 2).sum(axis=-1) for centre in centres]).argmin(axis=0)
-    for cluster in range(count):
-        yield (nearest == cluster).astype(np.uint8)
+    for number in range(count):
+        yield (nearest == number).astype(np.uint8)
 
 
 def _shapes(mask: Mask) -> Iterator[Shape]:
@@ -116,9 +115,8 @@ def _shapes(mask: Mask) -> Iterator[Shape]:
 
 def _shape(region: Mask) -> Shape:
     rows, cols = region.shape
-    outlines, _ = cv2.findContours(region, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    outline = max(outlines, key=cv2.contourArea)
-    filled = cv2.drawContours(np.zeros_like(region), [outline], -1, 1, cv2.FILLED)
+    outline = _outline(region)
+    filled = np.asarray(cv2.drawContours(np.zeros_like(region), [outline], -1, 1, cv2.FILLED), np.uint8)
     x, y, width, height = cv2.boundingRect(outline)
     at_border = x <= 1 or y <= 1 or x + width >= cols - 1 or y + height >= rows - 1
     quad = fit_quad(outline)
@@ -126,8 +124,14 @@ def _shape(region: Mask) -> Shape:
     return Shape(filled, float(region.sum()) / float(filled.sum()), quad, iou, at_border)
 
 
+def _outline(mask: Mask) -> npt.NDArray[np.int32]:
+    """The outer contour of the largest region of a mask, (N, 1, 2)."""
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.asarray(max(outlines, key=cv2.contourArea), np.int32)
+
+
 def fit_quad(outline: npt.NDArray[np.int32]) -> Floats | None:
-    """Four corners (4, 2) about an outline, each side fitted to the points that belong to it; None if not four."""
+    """Four corners (4, 2) about an outline, each side fitted to its own points; None if not four."""
     corners = simplified(outline, 4)
     if corners is None:
         return None
@@ -144,7 +148,7 @@ def fit_quad(outline: npt.NDArray[np.int32]) -> Floats | None:
 
 
 def simplified(outline: npt.NDArray[np.int32], count: int) -> Floats | None:
-    """The outline's convex hull with just ``count`` corners, by the smallest simplification that gives them."""
+    """The outline's convex hull with just ``count`` corners, by the least simplification."""
     hull = cv2.convexHull(outline)
     perimeter = cv2.arcLength(hull, closed=True)
     for epsilon in np.geomspace(0.006, 0.12, 24):
@@ -204,8 +208,8 @@ def _clockwise(corners: Floats) -> Floats:
 def squareness(corners: Floats, shape: tuple[int, ...]) -> float:
     """How far a quadrilateral is from a perspective view of a square; 0 is exact.
 
-    For every focal length a camera of this picture ``shape`` (rows, cols) may have, the homography tells the sides'
-    relative difference and the cosine of their angle; the best focal length counts.
+    For every focal length a camera of this picture ``shape`` (rows, cols) may have, the homography tells the
+    sides' relative difference and the cosine of their angle; the best focal length counts.
     """
     rows, cols = shape[:2]
     unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
@@ -238,15 +242,17 @@ def _what(small: Picture, shapes: list[Shape]) -> str:
 
 def _spread_out(shape: Shape) -> bool:
     """Whether a region is ragged, as stains, shine and shadow on an empty table are."""
-    outline = max(cv2.findContours(shape.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=cv2.contourArea)
+    outline = _outline(shape.mask)
     hull = cv2.contourArea(cv2.convexHull(outline))
     smooth = 4 * pi * shape.area / max(cv2.arcLength(outline, closed=True), 1.0) ** 2
     return shape.area < 0.5 * hull or smooth < 0.12
 
 
 def _shape_in_words(shape: Shape, size: tuple[int, ...]) -> str:
-    outline = max(cv2.findContours(shape.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=cv2.contourArea)
-    ellipse = cv2.ellipse(np.zeros_like(shape.mask), cv2.fitEllipse(outline), 1, cv2.FILLED)
+    outline = _outline(shape.mask)
+    ellipse = np.asarray(
+        cv2.ellipse(np.zeros_like(shape.mask), cv2.fitEllipse(outline), 1, cv2.FILLED), np.uint8
+    )
     round_iou = float((ellipse & shape.mask).sum()) / float((ellipse | shape.mask).sum())
     if round_iou > max(0.97, shape.quad_iou):
         return "the sheet it shows is round"

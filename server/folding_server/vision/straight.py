@@ -14,7 +14,7 @@ FAINTEST_STEP = 0.012
 
 
 def refine_polygon(rgb: Picture, corners: Floats, reach: float, rounds: int = 3) -> Floats:
-    """Corners (N, 2) in (column, row), moved so that every side lies on the edge that the picture shows near it.
+    """Corners (N, 2) in (column, row), moved so that every side lies on an edge of the picture.
 
     ``reach`` is how far from a side, in pixels, its edge is looked for; it narrows in each round.
     """
@@ -33,7 +33,7 @@ def edge_support(rgb: Picture, corners: Floats) -> float:
 
 
 def _step_share(rgb: Picture, corners: Floats, index: int) -> float:
-    """The share of one side: most of the change from well inside to well outside happens close to the side."""
+    """The share of one side where most of the change from inside to outside happens close to it."""
     start, along, normal = _side(corners, index)
     length = float(np.hypot(*along))
     near, far = max(2.5, 0.008 * length), max(8.0, 0.03 * length)
@@ -56,7 +56,9 @@ def _profiles(rgb: Picture, start: Floats, along: Floats, normal: Floats, depths
     count = int(np.clip(np.hypot(*along) / 1.5, 12, _POSITIONS))
     places = start + np.linspace(0.05, 0.95, count)[:, None] * along
     maps = (places[:, None, :] + depths[None, :, None] * normal).astype(np.float32)
-    return to_linear(cv2.remap(rgb, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+    return to_linear(
+        cv2.remap(rgb, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    )
 
 
 def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Floats:

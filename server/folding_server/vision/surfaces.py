@@ -1,4 +1,4 @@
-"""A colour that varies smoothly over the picture, as a lamp makes it: robust fits of low-order polynomials."""
+"""A colour that varies smoothly, as a lamp makes it: robust fits of low-order polynomials."""
 
 from dataclasses import dataclass
 
@@ -24,8 +24,8 @@ def basis(x: Floats, y: Floats, order: int) -> Floats:
 class Surface:
     """A polynomial colour surface with the spread of the colours about it.
 
-    ``coefficients`` is (terms, 3); ``covariance`` (3, 3); ``span`` bounds the coordinates (low x, low y, high x,
-    high y): beyond them the surface goes on flat.
+    ``coefficients`` is (terms, 3); ``covariance`` (3, 3); ``span`` bounds the coordinates (low x, low y, high
+    x, high y): beyond them the surface goes on flat.
     """
 
     order: int
