@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from folding_client.models.retries import RetryPolicy
 from folding_client.progress import Silent
@@ -109,13 +109,19 @@ def server_url() -> str:
         ],
         stderr=log,
     )
-    atexit.register(lambda: (server.terminate(), server.wait(), log.close()))
+    atexit.register(_stopped, server, log)
     while server.poll() is None:
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
                 return f"http://127.0.0.1:{port}/mcp"
         time.sleep(0.02)
     raise RuntimeError((_home() / "server.log").read_text())
+
+
+def _stopped(server: subprocess.Popen[bytes], log: IO[str]) -> None:
+    server.terminate()
+    server.wait()
+    log.close()
 
 
 def settings(**given: Any) -> Settings:

@@ -20,7 +20,9 @@ from client_runs import (
     save,
     solved,
 )
-from providers.base import Says
+from providers.anthropic import Anthropic
+from providers.base import Provider, Says
+from providers.gemini import Gemini
 from providers.openai import OpenAI
 
 MODEL = "litellm/openai/gpt-4o"
@@ -148,6 +150,24 @@ def test_when_the_budget_is_spent_the_selector_chooses_and_earlier_frames_are_cl
     assert "committed for good" in refused[0]["text"]
 
 
+@pytest.mark.parametrize(
+    ("kind", "model"),
+    [(Anthropic, "anthropic/claude-sonnet-4-5"), (Gemini, "gemini/gemini-3-pro-preview")],
+    ids=["Anthropic", "Gemini"],
+)
+def test_other_providers_reconstruct_with_pictures_and_thinking(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: type[Provider], model: str
+) -> None:
+    for name in ("ANTHROPIC_API_KEY", "GEMINI_API_KEY"):
+        monkeypatch.setenv(name, PLANTED_KEY)
+    look = Says("", [("view_frame", {"frame": 1}), ("view_frame", {"frame": 2})], thinking="It was turned.")
+    turn = Says("", [("rotate", {"angle": 45.0}), ("render_current", {})], thinking="By half a right angle.")
+    with kind(save(1), look, turn, ask(2, "rotate"), MATCH, save(2)) as provider:
+        outcome = run(2, tmp_path / "run", model=f"litellm/{model}", api_base=provider.url)
+    assert outcome.status == "complete"
+    assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 45.0}]]
+
+
 def test_each_role_may_be_another_model(tmp_path: Path) -> None:
     with OpenAI(save(1), act(CAT[0][0]), ask(2, "rotate"), MATCH, save(2)) as provider:
         run(2, tmp_path / "run", model=MODEL, critic="litellm/openai/gpt-4o-mini", api_base=provider.url)
@@ -209,3 +229,14 @@ def test_an_anchor_is_asked_for_when_a_fold_is_judged(tmp_path: Path) -> None:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
     assert "fold_anchor" in provider.received[3]["messages"][-1]["content"]
     assert ANCHOR["relationship"] in provider.received[4]["messages"][1]["content"][0]["text"]
+
+
+def test_superseded_pictures_are_sent_once_unless_asked_otherwise(tmp_path: Path) -> None:
+    draw = Says(calls=[("render_current", {})])
+    sent = {}
+    for frugal in (True, False):
+        turns = [save(1), draw, draw, act(CAT[0][0]), draw, ask(2, "rotate"), MATCH, save(2)]
+        with OpenAI(*turns) as provider:
+            run(2, tmp_path / str(frugal), model=MODEL, frugal=frugal, api_base=provider.url)
+        sent[frugal] = str(provider.received[-1]).count("data:image/")
+    assert sent == {True: 1, False: 3 + 4}

@@ -1,5 +1,6 @@
 """What goes wrong with providers, replies, calls and the server, and how the run bears it."""
 
+import asyncio
 import json
 import os
 import signal
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 from client_runs import MATCH, act, ask, events, program, restore, resume, run, save
 from folding_client.interrupts import ProviderRefused
+from folding_client.replay import replay
 from providers.base import Fails, Hangs, Resets, Says, Truncates, Turn
 from providers.openai import OpenAI
 
@@ -164,8 +166,8 @@ def test_three_replies_without_a_call_rewind_the_context(tmp_path: Path) -> None
     assert len(events(tmp_path / "run", "rewound")) == 1
 
 
-def test_the_limit_of_queries_is_checked_before_a_query(tmp_path: Path) -> None:
-    look = {"calls": [{"tool": "get_current_state"}]}
+def test_the_limit_of_300_queries_is_checked_before_a_query(tmp_path: Path) -> None:
+    look = {"calls": [{"tool": "ponder"}]}
     first = {"calls": [{"tool": "save_checkpoint", "arguments": {"frame": 1}}]}
     script = tmp_path / "script.json"
     script.write_text(json.dumps([first, *[look] * 400]))
@@ -256,6 +258,7 @@ def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_pat
     assert len(killed) == 1
     assert program(tmp_path / "run") == [[TURN]]
     assert len(events(tmp_path / "run", "server_restarted")) == 1
+    assert asyncio.run(replay(tmp_path / "run")).differences == ()
 
 
 def test_a_server_killed_twice_in_a_row_is_a_clean_stop_and_the_run_resumes(tmp_path: Path) -> None:

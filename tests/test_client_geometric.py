@@ -62,6 +62,36 @@ def test_the_first_folds_of_the_cat_are_found_without_any_model(tmp_path: Path) 
     }
 
 
+def scripted(folder: Path, *replies: list[tuple[str, dict[str, Any]]]) -> str:
+    """A script of replies that call tools, as a model id."""
+    entries = [{"calls": [{"tool": tool, "arguments": given} for tool, given in reply]} for reply in replies]
+    (folder / "script.json").write_text(json.dumps(entries))
+    return f"scripted:{folder / 'script.json'}"
+
+
+def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_path: Path) -> None:
+    tries = [
+        [("rotate", {"angle": angle}), ("restore_checkpoint", {"frame": 1})] for angle in (10, 80, 45, 20, 30)
+    ]
+    model = scripted(
+        tmp_path,
+        [("save_checkpoint", {"frame": 1})],
+        *tries,
+        [("fold", {"edge": [4, 2], "direction": 1}), ("save_checkpoint", {"frame": 3})],
+        [("generate_checkpoint_overview", {})],
+    )
+    roles = {"critic": "geometric", "overview": "geometric", "selector": "geometric"}
+    sequence = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 4)
+    job = new_job(sequence, tmp_path / "run", Settings(model=model, **roles))
+    outcome = asyncio.run(reconstruct(job, Silent()))
+    assert outcome.status == "stopped"
+    (selected,) = events(tmp_path / "run", "selected")
+    assert (selected["frame"], selected["attempt"], selected["by"]) == (2, 3, "geometric")
+    (overview,) = events(tmp_path / "run", "overview")
+    assert (overview["last_correct_frame"], overview["first_suspicious_frame"]) == (2, 3)
+    assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
+
+
 @dataclass
 class World:
     """Tools over a run in which a state is the list of angles it was turned by.

@@ -118,6 +118,7 @@ def _agent(
         recorder,
         colors,
         paper_only=settings.paper_tools,
+        frugal=settings.frugal,
     )
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()

@@ -195,14 +195,19 @@ def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
         return
     if program is not None:
         typer.echo(f"Program of {program['name']}:")
+        notes = {saved["frame"]: saved["notes"] or "" for saved in _read(folder / "checkpoints.json")}
         for frame, step in enumerate(program["steps"], start=2):
-            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(_action, step)) or 'nothing'}")
+            doubt = f"  ({notes[frame]})" if "not a match" in notes.get(frame, "") else ""
+            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(_action, step)) or 'nothing'}{doubt}")
     summary = outcome.run["outcome"]
-    typer.echo(
-        f"{summary['frames_saved']} of {summary['frames']} frames saved in {summary['seconds']:.1f} s: {folder}"
-    )
+    saved = f"{summary['frames_saved']} of {summary['frames']} frames saved"
+    typer.echo(f"{saved} in {summary['seconds']:.1f} s: {folder}")
     if outcome.status != "complete":
         typer.echo(redact(outcome.reason), err=True)
+
+
+def _read(file: Path) -> Any:  # noqa: ANN401
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
 def _action(action: dict[str, Any]) -> str:

@@ -17,7 +17,6 @@ async def write_outputs(server: FoldingServer, recorder: Recorder, info: RunInfo
     """Write the results of what is saved so far; the names of the files. A file the server cannot make is
     recorded.
     """
-    recorder.folder.write_json("program.json", info.program.model_dump(mode="json", exclude_none=True))
     recorder.folder.write_json(
         "checkpoints.json",
         [
@@ -27,6 +26,7 @@ async def write_outputs(server: FoldingServer, recorder: Recorder, info: RunInfo
             for frame in info.saved
         ],
     )
+    recorder.folder.write_json("program.json", info.program.model_dump(mode="json", exclude_none=True))
     return [
         "program.json",
         "checkpoints.json",

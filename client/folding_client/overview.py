@@ -9,7 +9,6 @@ from folding_schemas.results import CheckpointSaved, Comparison, RunInfo
 from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import ToolResult, system, user
 from folding_client.messages import answered as spoken
-from folding_client.scratch import scratch_run
 from folding_client.server import FoldingServer
 from folding_client.verdicts import OverviewReply, read_form
 from folding_client.voice import Voice
@@ -64,7 +63,7 @@ class GeometricOverview:
 
     async def _comparisons(self, info: RunInfo) -> list[Comparison]:
         found = []
-        async with scratch_run(self._server, info):
+        async with self._server.another_run(info.sequence):
             for frame, actions in enumerate(((), *info.program.steps), start=1):
                 for action in actions:
                     await self._server.act(action)

@@ -1,25 +1,12 @@
 """A second run of the same sequence, to try states out without touching the run that is recorded."""
 
-from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Sequence
 
 from folding_schemas.actions import Action
-from folding_schemas.results import CheckpointRestored, CheckpointSaved, Comparison, RunInfo
+from folding_schemas.results import CheckpointRestored, CheckpointSaved, Comparison
 
 from folding_client.interrupts import ToolRefused
 from folding_client.server import FoldingServer
-
-
-@asynccontextmanager
-async def scratch_run(server: FoldingServer, info: RunInfo) -> AsyncIterator[None]:
-    """Within the context the server's calls go to a fresh run of the sequence of ``info``."""
-    kept = server.run_id
-    server.run_id = None
-    try:
-        await server.open_run(info.sequence)
-        yield
-    finally:
-        server.run_id = kept
 
 
 async def walk(server: FoldingServer, steps: Sequence[Sequence[Action]]) -> None:

@@ -11,7 +11,7 @@ from folding_schemas.results import AttemptList, FrameView
 from folding_client.interrupts import ReplyUnreadable, ToolRefused
 from folding_client.messages import Picture, system, user
 from folding_client.messages import answered as spoken
-from folding_client.scratch import agreement_of, scratch_run, walk
+from folding_client.scratch import agreement_of, walk
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_label
 from folding_client.voice import Voice
@@ -43,7 +43,7 @@ class GeometricSelector:
     async def choose(self, attempts: AttemptList, diagrams: tuple[Picture, ...]) -> Choice:  # noqa: ARG002
         """The attempt whose state agrees best with the photo; the first of several that agree alike."""
         info = await self._server.where()
-        async with scratch_run(self._server, info):
+        async with self._server.another_run(info.sequence):
             await walk(self._server, info.program.steps[: attempts.frame - 2])
             found = [
                 (attempt, await agreement_of(self._server, attempts.frame, attempt.actions))

@@ -2,7 +2,8 @@
 
 import base64
 import time
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
 from typing import Any, TextIO, TypeVar
 
 from folding_schemas.actions import Action
@@ -75,6 +76,17 @@ class FoldingServer:
         info, _ = await self.ask(RunInfo, "open_run", **arguments)
         self.run_id = info.run_id
         return info
+
+    @asynccontextmanager
+    async def another_run(self, sequence: str | None) -> AsyncIterator[None]:
+        """Within the context, calls go to a fresh run of a sequence; afterwards to the run at hand again."""
+        kept = self.run_id, self._standing
+        self.run_id = None
+        try:
+            await self.open_run(sequence)
+            yield
+        finally:
+            self.run_id, self._standing = kept
 
     async def where(self) -> RunInfo:
         """Where the run stands."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from providers.base import Body, Fails, Provider, Says
 from providers.images import check_base64
+from providers.schemas import check_schema
 
 
 class Gemini(Provider):
@@ -21,6 +22,9 @@ class Gemini(Provider):
     def check(self, path: str, body: Body) -> None:
         """Raise AssertionError if the request breaks generateContent's rules, or loses a signature."""
         assert ":generateContent" in path, path
+        for tool in body.get("tools", []):
+            for declared in tool["function_declarations"]:
+                check_schema(declared.get("parameters", {"type": "object"}))
         sent = [
             part["thoughtSignature"]
             for content in body["contents"]

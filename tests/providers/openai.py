@@ -5,6 +5,7 @@ from typing import Any
 
 from providers.base import Body, Provider, Says
 from providers.images import check_data_url
+from providers.schemas import check_schema
 
 
 class OpenAI(Provider):
@@ -20,7 +21,7 @@ class OpenAI(Provider):
         assert path == "/v1/chat/completions", path
         assert not body.get("stream"), "streaming is off"
         for tool in body.get("tools", []):
-            assert tool["function"]["parameters"]["type"] == "object", tool
+            check_schema(tool["function"]["parameters"])
         _check_messages(body["messages"])
 
     def answer(self, turn: Says, number: int) -> Body:

@@ -24,8 +24,9 @@ from folding_client.interrupts import (
     StepFailed,
     StepHopeless,
     StepOver,
+    ToolRefused,
 )
-from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
+from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, answered, tool_answer, user
 from folding_client.progress import Progress
 from folding_client.record.recorder import Recorder
 from folding_client.selector import Selector
@@ -210,11 +211,17 @@ class Agent:
         """Let the selector choose among the attempts at a frame, and commit its choice."""
         self._progress.doing("choosing among the attempts")
         attempts, diagrams = await self._server.ask(AttemptList, "list_attempts", frame=frame)
-        choice = await self._selector.choose(attempts, diagrams)
-        self._recorder.event(
-            "selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason
-        )
-        await self._server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
+        while True:
+            choice = await self._selector.choose(attempts, diagrams)
+            chosen = {"frame": frame, "attempt": choice.attempt}
+            self._recorder.event("selected", **chosen, by=choice.by, reason=choice.reason)
+            try:
+                await self._server.ask(AttemptCommitted, "commit_attempt", **chosen)
+                break
+            except ToolRefused as refusal:
+                attempts, diagrams = _without(attempts, diagrams, choice.attempt)
+                if not attempts.attempts:
+                    raise StepHopeless(str(refusal)) from refusal
         self._history.clear()
 
     async def _opening(self, info: RunInfo) -> list[Message]:
@@ -225,3 +232,12 @@ class Agent:
                     await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
                 )[0]
         return opening(info, list(self._toolbox.offered.values()), self._history, self._habits.examples)
+
+
+def _without(
+    attempts: AttemptList, diagrams: tuple[Picture, ...], number: int
+) -> tuple[AttemptList, tuple[Picture, ...]]:
+    """The attempts and their diagrams without one that cannot be committed (its ancestors were replaced)."""
+    left = [pair for pair in zip(attempts.attempts, diagrams, strict=True) if pair[0].attempt != number]
+    kept = attempts.model_copy(update={"attempts": [attempt for attempt, _ in left]})
+    return kept, tuple(diagram for _, diagram in left)

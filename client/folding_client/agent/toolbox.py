@@ -57,7 +57,11 @@ class AskCritic(BaseModel):
 
 
 class Toolbox:
-    """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say."""
+    """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
+
+    ``frugal`` leaves the critic's four pictures out of its answer, ``paper_only`` the tools that the paper's
+    agent does not have.
+    """
 
     def __init__(
         self,
@@ -68,12 +72,14 @@ class Toolbox:
         colors: tuple[str, str],
         *,
         paper_only: bool = False,
+        frugal: bool = True,
     ) -> None:
         self._server = server
         self._critic = critic
         self._overview = overview
         self._recorder = recorder
         self._colors = colors
+        self._frugal = frugal
         self._failures: dict[int, int] = {}
         hidden = {spec.name for spec in server.specs()} - PAPER_TOOLS if paper_only else NOT_OFFERED
         specs = [spec for spec in server.specs() if spec.name not in hidden]
@@ -129,7 +135,8 @@ class Toolbox:
         text = json.dumps(_verdict(judgement, attempts))
         if judgement.verdict != "MATCH" and self._failures[asked.frame] >= FAILURES_BEFORE_OVERVIEW:
             text += "\n" + prompt("agent/use_overview", frame=asked.frame)
-        return ToolResult(text, _verdict(judgement, attempts))
+        shown = () if self._frugal else pictures
+        return ToolResult(text, _verdict(judgement, attempts), shown)
 
 
 def _asked(arguments: JsonObject) -> AskCritic:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from folding_client.messages import JsonObject, Message, Picture, ToolCall, ToolSpec
+from folding_client.models.portable_schema import portable
 
 Chat = list[JsonObject]
 _CACHED = {"cache_control": {"type": "ephemeral"}}
@@ -73,7 +74,11 @@ def chat_tools(tools: Sequence[ToolSpec]) -> Chat:
     return [
         {
             "type": "function",
-            "function": {"name": tool.name, "description": tool.description, "parameters": tool.schema},
+            "function": {
+                "name": tool.name,
+                "description": tool.description,
+                "parameters": portable(tool.schema),
+            },
         }
         for tool in tools
     ]
