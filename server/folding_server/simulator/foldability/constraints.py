@@ -7,7 +7,7 @@ among faces that share a cell; the search sees to that. (Taco-taco, taco-tortill
 Akitaya et al., "Simple folding is really hard", and of Flat-Folder.)
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +15,15 @@ import shapely
 
 from folding_server.simulator.foldability.equations import Pair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
-from folding_server.simulator.validity.contacts import along, cells, overlapping, through
+from folding_server.simulator.validity.contacts import along, cells, overlapping, shrunk, through
 
 
 @dataclass(frozen=True)
 class Conditions:
     """``pairs`` i < j of overlapping faces; ``known`` pairs that the letters fix, lower face first; ``equal`` pairs of
     statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
-    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it."""
+    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it.
+    """
 
     faces: int
     pairs: frozenset[Pair]
@@ -38,7 +39,7 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     outlines = np.array([shapely.Polygon(outline) for outline in flat.outlines])
     pairs = frozenset((int(i), int(j)) for i, j in overlapping(outlines, tolerance).T)
     cover = cells(outlines, tolerance)
-    builder = _Builder(flat, pairs)
+    builder = _Builder(flat, pairs, np.flatnonzero(shapely.is_empty(shrunk(outlines, tolerance / 2))))
     return Conditions(
         len(outlines), pairs,
         tuple(builder.known()),
@@ -50,10 +51,13 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
 
 
 class _Builder:
-    """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read."""
+    """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read.
 
-    def __init__(self, flat: FlatFaces, pairs: frozenset[Pair]) -> None:
-        self.flat, self.pairs = flat, pairs
+    ``thin`` faces are thinner than the tolerance: a flat pair with one does not reach across its crease.
+    """
+
+    def __init__(self, flat: FlatFaces, pairs: frozenset[Pair], thin: Iterable[int]) -> None:
+        self.flat, self.pairs, self.thin = flat, pairs, frozenset(thin)
         self.even: set[tuple[Pair, Pair, Pair, Pair]] = set()
 
     def overlap(self, *pairs: Pair) -> bool:
@@ -85,19 +89,34 @@ class _Builder:
             yield first, second
 
     def _along(self, i: int, j: int, way: int) -> Iterator[tuple[Pair, Pair]]:
-        """Two creases along one line; faces of each by the side they lie on, as seen along the first."""
-        first, second = self.flat.creases[i], self.flat.creases[j]
-        side_i, side_j = self.flat.sides[i], self.flat.sides[j] * way
-        (a, b), (c, d) = (first.left, first.right), (second.left, second.right)
-        if first.folded and second.folded:
-            four = ((a, c), (b, c), (a, d), (b, d))
-            if side_i[0] == side_j[0] and len({a, b, c, d}) == 4 and self.overlap(*four):
-                self.even.add(four)
-        elif first.folded or second.folded:
-            (a, b), fold_side, flat = ((a, b), side_i, ((c, d), side_j)) if first.folded else (
-                (c, d), side_j, ((a, b), side_i))
-            inside = flat[0][0] if flat[1][0] == fold_side[0] else flat[0][1]
-            yield from self._same((a, inside), (b, inside))
+        """Two creases along one line, ``way`` 1 if they point the same way."""
+        folded = (self.flat.creases[i].folded, self.flat.creases[j].folded)
+        if folded == (True, True):
+            self._two_folds(i, j, way)
+        elif folded == (False, False):
+            yield from self._two_flat_pairs(i, j, way)
         else:
-            c, d = (c, d) if side_i[0] == side_j[0] else (d, c)
-            yield from self._same((a, c), (b, d))
+            yield from self._fold_and_flat_pair(*((i, j) if folded[0] else (j, i)), way)
+
+    def _two_folds(self, i: int, j: int, way: int) -> None:
+        (a, b), (c, d) = self._beside(i), self._beside(j)
+        four = ((a, c), (b, c), (a, d), (b, d))
+        one_side = self.flat.sides[i, 0] == self.flat.sides[j, 0] * way
+        if one_side and len({a, b, c, d}) == 4 and self.overlap(*four):
+            self.even.add(four)
+
+    def _two_flat_pairs(self, i: int, j: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+        (a, b), (c, d) = self._beside(i), self._beside(j)
+        if self.flat.sides[i, 0] != self.flat.sides[j, 0] * way:
+            c, d = d, c
+        yield from self._same((a, c), (b, d))
+
+    def _fold_and_flat_pair(self, fold: int, flat: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+        (a, b), (inside, outside) = self._beside(fold), self._beside(flat)
+        if self.flat.sides[flat, 0] * way != self.flat.sides[fold, 0]:
+            inside, outside = outside, inside
+        if outside not in self.thin:
+            yield from self._same((a, inside), (b, inside))
+
+    def _beside(self, crease: int) -> Pair:
+        return self.flat.creases[crease].left, self.flat.creases[crease].right

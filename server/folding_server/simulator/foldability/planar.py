@@ -83,7 +83,7 @@ def crossing_edges(vertices: Sequence[Point], edges: Sequence[Edge]) -> Edge | N
     pairs = shapely.STRtree(segments).query(segments, predicate="intersects").T
     for i, j in pairs[pairs[:, 0] < pairs[:, 1]]:
         shared = len(set(edges[i]) & set(edges[j]))
-        if shared == 0 or shared == 2 or _run_together(points, edges[i], edges[j]):
+        if shared in {0, 2} or _run_together(points, edges[i], edges[j]):
             return int(i), int(j)
     return None
 

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from folding_server.simulator.validity.contacts import along, overlapping, through
+from folding_server.simulator.validity.contacts import along, overlapping, shrunk, through
 from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
 from folding_server.simulator.validity.violation import Kind, Violation, listed
 
@@ -50,6 +50,11 @@ class Stack:
         found = np.zeros((len(self.faces), len(self.faces)), bool)
         found[i, j] = found[j, i] = True
         return found
+
+    @cached_property
+    def thin(self) -> Bools:
+        """(n,): faces thinner than the slack."""
+        return np.asarray(shapely.is_empty(shrunk(self.outlines, self.slack / 2)))
 
 
 def stack_of(sheet: Measured, slack: float) -> Stack:
@@ -134,8 +139,13 @@ def _taco_taco(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
 
 
 def _taco_tortilla(stack: Stack, fold: int, flat: int, way: int) -> Iterator[Violation]:
-    """A fold and a flat pair along one line: the face of the pair on the fold's side is not inside the fold."""
+    """A fold and a flat pair along one line: the face of the pair on the fold's side is not inside the fold.
+
+    A pair whose other face is thinner than the slack does not reach across the line.
+    """
     a, b = stack.beside[fold]
+    if stack.thin[stack.beside[flat]].any():
+        return
     on = stack.side[flat] * way == stack.side[fold, 0]
     for c in stack.beside[flat][on]:
         outside = (stack.rank[a] < stack.rank[c]) == (stack.rank[b] < stack.rank[c])
