@@ -1,8 +1,8 @@
 """Measure the server as hosts feel it: ``python benchmarks/startup.py`` prints one JSON document.
 
-``start`` is the time from spawning the process to the answer of its handshake, as new hosts do it (``discover``) and
-old ones (``initialize``), with ``python -c pass`` for comparison. ``call`` is one ``fold`` that is undone each time,
-and ``get_current_state``, over stdio and in memory, on a fresh SQLite file. All times are in milliseconds.
+``start`` is the time from spawning the process to the answer of its handshake, as new hosts do it (``discover``)
+and old ones (``initialize``), with ``python -c pass`` for comparison. ``call`` is one ``fold`` that is undone each
+time, and ``get_current_state``, over stdio and in memory, on a fresh SQLite file. All times are in milliseconds.
 """
 
 import argparse

@@ -16,6 +16,7 @@ from folding_server.cli import main
 from folding_server.frames.sequences import load_sequence
 from hosts import json_of, server
 from paths import SHARED
+from videos import SQUARE, TRIANGLE, Rest, Work, write_clip
 
 CAT = SHARED / "programs" / "figure_d_cat_9_frames.json"
 PATTERNS = SHARED / "flatfold" / "patterns"
@@ -106,6 +107,17 @@ def test_photograph_writes_a_sequence_and_tells_its_progress(run: Run, tmp_path:
     assert finished.json == {"folder": str(tmp_path / "half"), "name": "half", "frames": 2}
     assert "photographing: 100%" in finished.err
     assert load_sequence(tmp_path / "half").frame_count == 2
+
+
+def test_keyframes_writes_a_sequence_of_a_video(run: Run, tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)])
+    finished = run("keyframes", clip.path, "-o", tmp_path / "clip", "--front-color", "white", "--json")
+    assert finished.code == 0
+    written = load_sequence(tmp_path / "clip")
+    assert finished.json["keyframes"] == list(written.keyframes)
+    assert written.frame_count == 2
+    assert written.front_color == "white"
+    assert Path(finished.json["contact_sheet"]).is_file()
 
 
 @pytest.mark.parametrize(

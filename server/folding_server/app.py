@@ -103,6 +103,7 @@ def _serving(desk: Desk) -> Callable[[MCPServer[Desk]], AbstractAsyncContextMana
 
     @asynccontextmanager
     async def lifespan(_server: MCPServer[Desk]) -> AsyncIterator[Desk]:
+        """Hand over the desk."""
         yield desk
 
     return lifespan

@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Optional
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -22,6 +22,23 @@ if TYPE_CHECKING:
     from folding_server.simulator import Paper
     from folding_server.tools.desk import Desk
 
+Http = Annotated[
+    str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
+]
+Sequences = Annotated[
+    list[Path] | None, typer.Option(metavar="DIR", help="A folder of photo sequences; may be repeated.")
+]
+Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Where runs are kept; made when missing.")]
+Database = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."
+    ),
+]
+KnownAs = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME", help="A host name that HTTP clients may use; may be repeated."),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
 ]
@@ -64,28 +81,11 @@ def _complain(message: str, code: int) -> int:
 @app.callback(invoke_without_command=True)
 def serve(
     context: typer.Context,
-    http: Annotated[
-        Optional[str], typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
-    ] = None,
-    sequences: Annotated[
-        Optional[list[Path]],
-        typer.Option(metavar="DIR", help="A folder of photo sequences; may be repeated."),
-    ] = None,
-    data: Annotated[
-        Optional[Path], typer.Option(metavar="DIR", help="Where runs are kept; made when missing.")
-    ] = None,
-    database: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."
-        ),
-    ] = None,
-    known_as: Annotated[
-        Optional[list[str]],
-        typer.Option(
-            metavar="NAME", help="A host name under which HTTP clients reach the server; may be repeated."
-        ),
-    ] = None,
+    http: Http = None,
+    sequences: Sequences = None,
+    data: Data = None,
+    database: Database = None,
+    known_as: KnownAs = None,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:
@@ -96,16 +96,12 @@ def serve(
         if not folder.is_dir():
             raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
-    settings = Settings(
-        _data_folder(data, database), database, tuple(sequences or ()), shared=http is not None
-    )
-    with Desk(settings) as desk:
+    folder = _data_folder(data, database)
+    with Desk(Settings(folder, database, tuple(sequences or ()), shared=http is not None)) as desk:
         if http is None:
             _serve_stdio(desk)
         else:
-            from folding_server.http import parse_address, serve
-
-            serve(desk, parse_address(http), known_as or ())
+            _serve_http(desk, http, known_as or ())
 
 
 def _serve_stdio(desk: "Desk") -> None:
@@ -117,6 +113,14 @@ def _serve_stdio(desk: "Desk") -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     FoldingServer(desk).run("stdio")
+
+
+def _serve_http(desk: "Desk", address: str, known_as: Sequence[str]) -> None:
+    """Answer hosts over HTTP until interrupted."""
+    from folding_server.http import parse_address
+    from folding_server.http import serve as listen
+
+    listen(desk, parse_address(address), known_as)
 
 
 def _data_folder(given: Path | None, database: str | None) -> Path:
@@ -140,15 +144,13 @@ def _data_folder(given: Path | None, database: str | None) -> Path:
 @app.command()
 def simulate(
     program: ProgramFile,
-    state: Annotated[Optional[Path], _file("the final state as JSON")] = None,
-    fold: Annotated[Optional[Path], _file("the final state as FOLD")] = None,
-    cp: Annotated[
-        Optional[Path], _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")
-    ] = None,
-    svg: Annotated[Optional[Path], _file("the diagram as SVG")] = None,
-    png: Annotated[Optional[Path], _file("the diagram as PNG")] = None,
+    state: Annotated[Path | None, _file("the final state as JSON")] = None,
+    fold: Annotated[Path | None, _file("the final state as FOLD")] = None,
+    cp: Annotated[Path | None, _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")] = None,
+    svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
+    png: Annotated[Path | None, _file("the diagram as PNG")] = None,
     every_step: Annotated[
-        Optional[Path], typer.Option(metavar="DIR", help="Write state, SVG and PNG of every step.")
+        Path | None, typer.Option(metavar="DIR", help="Write state, SVG and PNG of every step.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -209,7 +211,7 @@ def photograph(
     """Render photo-like keyframes of a folding program, with ground truth."""
     from folding_server.photographer.photographing import photograph as render
 
-    told = _Told("photographing")
+    told = _Progress("photographing")
     made = render(_program(program), out, seed, level, progress=lambda done, frames: told.tell(done / frames))
     if as_json:
         _print_json({"folder": str(made.folder), "name": made.name, "frames": made.frames})
@@ -221,12 +223,16 @@ def photograph(
 def keyframes(
     video: Annotated[Path, typer.Argument(metavar="VIDEO", help="A video of one sheet being folded.")],
     out: Out,
+    front_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's front.")] = None,
+    back_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's back.")] = None,
     as_json: Json = False,
 ) -> None:
     """Propose the keyframes of a video and write them as a sequence."""
+    from folding_server.frames.sequence_writer import Paper as Told
     from folding_server.frames.sequence_writer import keyframes_command
 
-    report = keyframes_command(video, out, progress=_Told("watching").tell)
+    told = Told(front_color=front_color, back_color=back_color)
+    report = keyframes_command(video, out, paper=told, progress=_Progress("watching").tell)
     if as_json:
         _print_json(
             {
@@ -241,7 +247,7 @@ def keyframes(
         typer.echo(f"look them over in {report.contact_sheet}")
 
 
-class _Told:
+class _Progress:
     """Progress on stderr: one line that fills up on a terminal, a line at every quarter elsewhere."""
 
     def __init__(self, what: str) -> None:

@@ -61,6 +61,7 @@ def http_app(server: FoldingServer, host: str, known_as: Sequence[str] = ()) -> 
 
     @server.custom_route("/health", methods=["GET"])  # type: ignore[untyped-decorator]
     async def health(_request: Request) -> JSONResponse:
+        """Say that the process answers."""
         return JSONResponse({"status": "ok"})
 
     return server.streamable_http_app(

@@ -1,0 +1,1 @@
+"""The tool surface as a contract."""

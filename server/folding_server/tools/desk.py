@@ -15,6 +15,7 @@ from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
 from folding_server.simulator import Paper
+from folding_server.store.rules import check_same_sequence
 from folding_server.tools.eyesight import Eyesight
 from folding_server.tools.papers import Papers
 
@@ -105,8 +106,6 @@ class Desk:
 
         RunError if there is none, or it is of another sequence, or its photos have changed.
         """
-        from folding_server.store.rules import check_same_sequence  # noqa: PLC0415  (loads SQLAlchemy)
-
         run = self.store.load(run_id)
         if sequence is not None and sequence != run.sequence:
             kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
@@ -151,9 +150,11 @@ class Desk:
                 self._store = None
 
     def __enter__(self) -> Self:
+        """Nothing is opened yet."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """Close the store."""
         self.close()
 
     def _open(self, run: "RunView") -> "RunView":

@@ -1,11 +1,12 @@
 """What the rooms found out, as hosts see it."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from folding_schemas.results import Comparison, Foldability, LocalViolation, Proposal
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from folding_server.simulator.foldability import FoldabilityReport
     from folding_server.vision.comparison import Match
     from folding_server.vision.solver import Plan

@@ -1,4 +1,4 @@
-"""Prompts for hosts: what a user picks to set a model to work, with sequence names completed while they type."""
+"""Prompts for hosts: what a user picks to set a model to work; sequence names are completed on the way."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,6 +45,7 @@ def register(server: "MCPServer[Desk]", desk: Desk) -> None:
     async def complete(
         reference: Reference, argument: CompletionArgument, context: CompletionContext | None
     ) -> Completion | None:
+        """Complete names of sequences."""
         del reference, context
         if argument.name not in _NAMES_OF_SEQUENCES:
             return None
