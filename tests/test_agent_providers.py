@@ -4,7 +4,7 @@ signatures.
 
 import asyncio
 import io
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import pytest
 from client_runs import HASTY, PLANTED_KEY
@@ -27,6 +27,9 @@ from providers.anthropic import Anthropic
 from providers.base import Fails, Hangs, Provider, Resets, Says, Truncates, Turn
 from providers.gemini import Gemini
 from providers.openai import OpenAI
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 VIEW = ToolSpec(
     "view_frame",

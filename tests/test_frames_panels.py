@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from pictures import noise, quadrants
-
 from folding_server.errors import PhotoError
 from folding_server.frames.panels import ACCENT, GAP, Size, Tile, columns, side_by_side, table, wrapped
 from folding_server.frames.pictures import Rgb, encode_for_model
+from numpy.typing import NDArray
+from pictures import noise, quadrants
 
 
 def plain(shade: int, width: int = 200, height: int = 150) -> Rgb:

@@ -7,12 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from paths import SHARED
-from PIL import Image
-from pictures import Rgb, noise, quadrants, write_image
-
 from folding_server.errors import PhotoError
 from folding_server.frames.pictures import (
     MAX_BYTES,
@@ -22,6 +16,11 @@ from folding_server.frames.pictures import (
     encode_png,
     scale_to,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paths import SHARED
+from pictures import Rgb, noise, quadrants, write_image
+from PIL import Image
 
 TURNS = {
     1: lambda image: image,

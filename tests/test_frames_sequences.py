@@ -8,17 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from paths import SHARED
-from PIL import Image
-from pictures import noise, write_image, write_manifest, write_sequence_folder
-
 from folding_server.errors import PhotoError
 from folding_server.frames.colors import color_rgb
 from folding_server.frames.filmstrip import evenly_spaced
 from folding_server.frames.photo_cache import PhotoCache
 from folding_server.frames.sequences import Library, load_sequence
+from hypothesis import given
+from hypothesis import strategies as st
+from paths import SHARED
+from pictures import noise, write_image, write_manifest, write_sequence_folder
+from PIL import Image
 
 
 def test_a_sequence_tells_its_frames_and_colours(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Programs, exports, pictures of the crease pattern, .cp and OBJ, and running a program step by step."""
 
+import itertools
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -189,7 +190,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
 def test_moved_faces_are_those_that_changed_place(path: Path) -> None:
     results = list(run_steps(figure(path)))
-    for before, result in zip(results, results[1:], strict=False):
+    for before, result in itertools.pairwise(results):
         for face in result.paper.faces:
             middle = shapely.Polygon(result.paper.sheet_polygon(face)).centroid
             point = (middle.x, middle.y)

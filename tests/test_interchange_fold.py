@@ -202,7 +202,7 @@ def test_overlapping_faces_without_an_order_are_refused() -> None:
 
 def test_face_orders_in_a_circle_are_refused() -> None:
     document = without_record(fold_document(quarter()))
-    low, high = sorted(stacking(quarter()))[0]
+    low, high = min(stacking(quarter()))
     document["faceOrders"] += [[low, high, 1], [low, high, -1]]
     with pytest.raises(ProgramError, match="circle"):
         read_fold(document)

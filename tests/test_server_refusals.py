@@ -7,7 +7,7 @@ import pytest
 from hosts import Host, in_memory
 from mcp import MCPError
 from paths import SHARED
-from pictures import write_image, write_manifest, write_sequence_folder
+from pictures import quadrants, write_image, write_manifest, write_sequence_folder
 
 pytestmark = pytest.mark.anyio
 
@@ -170,11 +170,17 @@ class TestBrokenSequences:
             sentence = await host.refusal("view_frame", frame=2)
         assert named in sentence
 
+    async def test_photos_without_a_sheet_cannot_be_compared_or_explained(self, tmp_path: Path) -> None:
+        folder = write_sequence_folder(tmp_path / "photos" / "grey", [1, 2])
+        async with in_memory(tmp_path / "data", folder.parent) as host:
+            await host.call("open_run", sequence="grey")
+            await host.call("save_checkpoint", frame=1)
+            for tool in ("compare_to_frame", "propose_actions"):
+                assert "rame 1" in await host.refusal(tool, frame=2)
+
 
 def first_pixel() -> Any:
     """A picture of one pixel."""
-    from pictures import quadrants
-
     return quadrants()[:1, :1]
 
 

@@ -5,15 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from paths import SHARED
-from PIL import Image
-from videos import HOUSE, KITE, SQUARE, TAB, TRIANGLE, Camera, Clip, Hold, Rest, Work, encode, write_clip
-
 from folding_server.errors import PhotoError
 from folding_server.frames.differences import difference, regions, soften
 from folding_server.frames.keyframes import propose_keyframes
 from folding_server.frames.sequence_writer import Paper, keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence
+from paths import SHARED
+from PIL import Image
+from videos import HOUSE, KITE, SQUARE, TAB, TRIANGLE, Camera, Clip, Hold, Rest, Work, encode, write_clip
 
 FOLDS = (
     Rest(SQUARE),

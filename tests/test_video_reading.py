@@ -6,12 +6,11 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from pictures import quadrants, write_manifest
-from videos import Camera, encode
-
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
 from folding_server.frames.video import Video, open_video
+from pictures import quadrants, write_manifest
+from videos import Camera, encode
 
 GREYS = [8 * index for index in range(30)]
 

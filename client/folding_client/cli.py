@@ -13,10 +13,11 @@ import typer
 from pydantic import ValidationError
 from rich.console import Console
 
+from folding_client import options
 from folding_client.batch import Line, Listener, run_batch, sequences_of
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
-from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
+from folding_client.reconstruct import Job, Outcome, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
 from folding_client.replay import replay
 from folding_client.settings import Settings
@@ -41,58 +42,30 @@ def _commands() -> None:
 
 @app.command()
 def run(
-    sequence: Annotated[
-        Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json.")
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option(help="geometric, scripted:FILE or litellm/PROVIDER/MODEL.")
-    ] = None,
-    critic: Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")] = None,
-    overview: Annotated[str | None, typer.Option(help="Model of the overview critic.")] = None,
-    selector: Annotated[str | None, typer.Option(help="Model of the selector.")] = None,
-    variant: Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")] = None,
-    few_shot: Annotated[
-        bool | None, typer.Option("--few-shot", help="Show the model solved examples.")
-    ] = None,
-    max_queries: Annotated[
-        int | None, typer.Option(help="Most queries of the agent for this sequence.")
-    ] = None,
-    thinking_budget: Annotated[int | None, typer.Option(help="Thinking tokens for one query.")] = None,
-    paper_tools: Annotated[
-        bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")
-    ] = None,
-    keep_images: Annotated[bool, typer.Option("--keep-images", help="Send superseded images again.")] = False,
-    api_base: Annotated[str | None, typer.Option(help="Address of the model's provider.")] = None,
-    server_url: Annotated[
-        str | None, typer.Option(help="A running folding server, instead of one's own.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Run folder; runs/NAME-TIME if left out.")] = None,
-    resume: Annotated[Path | None, typer.Option(help="Run folder to go on with.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+    sequence: options.SequenceFolder = None,
+    model: options.ModelId = None,
+    critic: options.Critic = None,
+    overview: options.Overview = None,
+    selector: options.Selector = None,
+    variant: options.VariantName = None,
+    few_shot: options.FewShot = None,
+    max_queries: options.MaxQueries = None,
+    thinking_budget: options.ThinkingBudget = None,
+    paper_tools: options.PaperTools = None,
+    keep_images: options.KeepImages = False,
+    api_base: options.ApiBase = None,
+    server_url: options.ServerUrl = None,
+    out: options.Out = None,
+    resume: options.Resume = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct a sequence, or go on with a run."""
-    given = {
-        "model": model,
-        "critic": critic,
-        "overview": overview,
-        "selector": selector,
-        "variant": variant,
-        "few_shot": few_shot,
-        "max_queries": max_queries,
-        "thinking_budget": thinking_budget,
-        "paper_tools": paper_tools,
-        "frugal": False if keep_images else None,
-        "api_base": api_base,
-        "server_url": server_url,
-    }
-    settings = _settings(given)
-    if resume is not None:
-        job = resumed_job(resume, sequence, settings)
-    elif sequence is not None:
-        job = new_job(sequence, out, settings)
-    else:
-        message = "Name a sequence folder to reconstruct, or a run to go on with: --resume DIR."
-        raise UsageError(message)
+    given = _settings(
+        model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
+        max_queries=max_queries, thinking_budget=thinking_budget, paper_tools=paper_tools,
+        frugal=False if keep_images else None, api_base=api_base, server_url=server_url,
+    )  # fmt: skip
+    job = _job(sequence, out, resume, given)
     with Shown(Console(stderr=True)) as progress:
         outcome = _finish(reconstruct(job, progress))
     _show(outcome, job.folder.path, as_json=as_json)
@@ -100,11 +73,20 @@ def run(
         raise typer.Exit(EXIT_STOPPED)
 
 
+def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:
+    if resume is not None:
+        return resumed_job(resume, sequence, settings)
+    if sequence is not None:
+        return new_job(sequence, out, settings)
+    message = "Name a sequence folder to reconstruct, or a run to go on with: --resume DIR."
+    raise UsageError(message)
+
+
 @app.command("replay")
 def replay_command(
     recorded: Annotated[Path, typer.Argument(help="Folder of a recorded run.")],
     sequence: Annotated[Path | None, typer.Option(help="Where the sequence is now, if it has moved.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Drive the server through a recorded run without a model, and say where its answers differ."""
     found = _finish(replay(recorded, sequence))
@@ -120,19 +102,24 @@ def replay_command(
 
 @app.command("batch")
 def batch_command(
-    source: Annotated[
-        Path, typer.Argument(help="Folder of sequences, or a file that lists sequence folders.")
-    ],
-    model: Annotated[str | None, typer.Option(help="As for run.")] = None,
-    critic: Annotated[str | None, typer.Option(help="As for run.")] = None,
-    selector: Annotated[str | None, typer.Option(help="As for run.")] = None,
-    variant: Annotated[str | None, typer.Option(help="As for run.")] = None,
+    source: Annotated[Path, typer.Argument(help="Folder of sequences, or a file that lists folders.")],
+    model: options.ModelId = None,
+    critic: options.Critic = None,
+    overview: options.Overview = None,
+    selector: options.Selector = None,
+    variant: options.VariantName = None,
+    few_shot: options.FewShot = None,
+    max_queries: options.MaxQueries = None,
+    api_base: options.ApiBase = None,
     jobs: Annotated[int, typer.Option(min=1, help="Sequences at a time.")] = 1,
     out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
-    settings = _settings({"model": model, "critic": critic, "selector": selector, "variant": variant})
+    settings = _settings(
+        model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
+        max_queries=max_queries, api_base=api_base,
+    )  # fmt: skip
     lines = _finish(run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken()))
     if as_json:
         typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
@@ -156,9 +143,9 @@ class _Spoken(Listener):
         )
 
 
-def _settings(given: dict[str, Any]) -> Settings:
+def _settings(**given: object) -> Settings:
     try:
-        return Settings(**{name: value for name, value in given.items() if value is not None})
+        return Settings.model_validate({name: value for name, value in given.items() if value is not None})
     except ValidationError as error:
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).replace("_", "-")

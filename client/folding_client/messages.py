@@ -66,7 +66,8 @@ class Usage:
 @dataclass(frozen=True)
 class Reply:
     """A model's answer. ``native`` is the provider's own message, kept so that thinking blocks and thought
-    signatures go back exactly as they came."""
+    signatures go back exactly as they came.
+    """
 
     text: str = ""
     tool_calls: tuple[ToolCall, ...] = ()

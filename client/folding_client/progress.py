@@ -1,7 +1,7 @@
 """What a person sees while a run works: frames done, current step, time elapsed; on stderr only."""
 
 import time
-from typing import Protocol
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.status import Status
@@ -38,7 +38,7 @@ class Shown:
         self._started = time.monotonic()
         self._where = ""
 
-    def __enter__(self) -> "Shown":
+    def __enter__(self) -> Self:
         if self._status:
             self._status.start()
         return self

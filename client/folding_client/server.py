@@ -63,7 +63,8 @@ class FoldingServer:
         try:
             await self._connection.open()
         except ConnectionLost as error:
-            message = f"The folding server does not start ({error}); see server.log in the run folder."
+            what = f"cannot be reached at {self._address.url}" if self._address.url else "does not start"
+            message = f"The folding server {what} ({error}); see server.log in the run folder."
             raise ServerGone(message) from error
 
     async def close(self) -> None:

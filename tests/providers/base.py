@@ -2,6 +2,7 @@
 sent.
 """
 
+import contextlib
 import json
 import socket
 import struct
@@ -11,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 Body = dict[str, Any]
 
@@ -80,7 +81,7 @@ class Provider:
         """The address to give as ``api_base``."""
         return f"http://127.0.0.1:{self._server.server_address[1]}"
 
-    def __enter__(self) -> "Provider":
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 
@@ -123,7 +124,7 @@ class Provider:
 
 def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
-        def do_POST(self) -> None:  # noqa: N802
+        def do_POST(self) -> None:
             body = json.loads(self.rfile.read(int(self.headers["content-length"])))
             turn = provider.next_turn(self.path, body, {k.lower(): v for k, v in self.headers.items()})
             match turn:
@@ -158,10 +159,8 @@ def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
             self.connection.close()
 
         def finish(self) -> None:
-            try:
+            with contextlib.suppress(OSError, ValueError):
                 super().finish()
-            except (OSError, ValueError):
-                pass
 
         def log_message(self, *_: object) -> None:
             pass

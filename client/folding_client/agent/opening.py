@@ -1,5 +1,6 @@
 """How a step begins: system prompt, text summary of the steps so far, the step's prompt (paper, "Context
-management")."""
+management").
+"""
 
 from collections.abc import Mapping, Sequence
 

@@ -34,9 +34,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class Retreat:
-    """Go back and explain ``frame`` by ``actions`` instead."""
+    """Go back to ``lineage`` and explain ``frame`` by ``actions`` instead."""
 
     frame: int
+    lineage: Lineage
     actions: Actions
 
 
@@ -48,8 +49,15 @@ class Memory:
 
     proposals: dict[tuple[int, Lineage], tuple[Proposal, ...]] = field(default_factory=dict)
     trials: list[Trial] = field(default_factory=list)
-    plan: dict[int, Actions] = field(default_factory=dict)
+    plan: dict[int, tuple[Lineage, Actions]] = field(default_factory=dict)
     retreats: dict[int, int] = field(default_factory=dict)
+
+    def planned(self, frame: int, lineage: Lineage) -> Actions | None:
+        """What is planned for a frame, which is then no longer planned; None if the plan was for other steps
+        before.
+        """
+        before, actions = self.plan.pop(frame, (None, None))
+        return actions if before == lineage else None
 
     def untried(self, frame: int, lineage: Lineage) -> list[Proposal]:
         """The proposals for a frame that were not carried out from there yet, best first."""
@@ -96,7 +104,7 @@ class Memory:
         known = {tuple(p.actions): p.agreement for p in self.proposals.get((frame, lineage), ())}
         reached = known.get(chosen, max(known.values(), default=0.0))
         return [
-            (reached - rival.agreement, Retreat(frame, tuple(rival.actions)))
+            (reached - rival.agreement, Retreat(frame, lineage, tuple(rival.actions)))
             for rival in self.untried(frame, lineage)
             if reached - rival.agreement <= NEAR
         ]

@@ -68,7 +68,7 @@ class GeometricModel:
             return
         if info.pending:
             yield _restore(frame - 1)
-        if (planned := self._memory.plan.pop(frame, None)) is not None:
+        if (planned := self._memory.planned(frame, lineage_of(info, frame))) is not None:
             trial = yield from self._try(info, planned)
             if trial.agreement >= 0:
                 yield _save(trial)
@@ -94,7 +94,7 @@ class GeometricModel:
     def _unmatched(self, info: RunInfo, last: Trial | None) -> Step:
         """Nothing matches: blame an earlier frame if it has a rival explanation, else settle for the best."""
         if retreat := self._memory.retreat(info):
-            self._memory.plan = {retreat.frame: retreat.actions}
+            self._memory.plan = {retreat.frame: (retreat.lineage, retreat.actions)}
             yield _restore(retreat.frame - 1)
             yield from self._work()
             return
@@ -110,7 +110,7 @@ class GeometricModel:
             return
         shared = common_length(best.lineage, lineage_of(info, best.frame))
         steps = (*best.lineage, best.actions)
-        self._memory.plan = {index + 2: steps[index] for index in range(shared, len(steps))}
+        self._memory.plan = {index + 2: (steps[:index], steps[index]) for index in range(shared, len(steps))}
         yield _restore(shared + 1)
         yield from self._work()
 

@@ -12,9 +12,11 @@ _SHORTEST = 8
 
 
 def secrets(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
-    """The values of the environment's variables that are named like keys, longest first."""
+    """The values of the environment's variables that are named like keys and name no file, longest first."""
     found = {
-        value for name, value in environment.items() if _SECRET_NAME.search(name) and len(value) >= _SHORTEST
+        value
+        for name, value in environment.items()
+        if _SECRET_NAME.search(name) and len(value) >= _SHORTEST and not os.path.lexists(value)
     }
     return tuple(sorted(found, key=len, reverse=True))
 
