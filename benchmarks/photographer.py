@@ -1,6 +1,8 @@
-"""How long a photograph takes and how large it is, by level: seconds per frame (wall clock and processor), kilobytes. Prints JSON.
+"""How long a photograph takes and how large it is, by level. Prints JSON.
 
-python benchmarks/photographer.py [PROGRAM.json ...] [--seed N]
+Seconds per frame by the clock and of the processor, kilobytes.
+
+    python benchmarks/photographer.py [PROGRAM.json ...] [--seed N]
 """
 
 import argparse
