@@ -61,7 +61,7 @@ class Marks:
 class Group:
     """One colour that appears in later photos: its mean and spread in Lab, and its share of all new pixels.
 
-    ``skin``, ``entering`` and ``shaded`` say how much of it is like skin, reaches in from outside, or is a darker
+    ``skin``, ``entering`` and ``shaded`` say how much of it is like skin, reaches in, or is a darker
     shade of table or front; ``lasting`` is the share of the later photos in which there is a good deal of it.
     """
 

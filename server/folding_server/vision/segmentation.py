@@ -20,6 +20,8 @@ UNEXPLAINED = 16.0
 """Cost, in nats, beyond which a pixel is neither table nor paper."""
 SKIN_UNEXPLAINED = 6.0
 """The same where the colour is one that skin can have."""
+DOUBTFUL = 5.0
+"""The same, shadows on paper not allowed for, in whatever reaches in from the edge of the photo."""
 STRANGE = 16.0
 """Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
 SKIN_STRANGE = 11.0
@@ -61,7 +63,7 @@ def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette) -> Segmente
     lab = to_lab(np.asarray(cv2.GaussianBlur(rgb, (3, 3), 0), np.uint8))
     tuned = adapt(lab, seen, grid, palette)
     costs = class_costs(lab, grid, tuned)
-    unknown = unexplained(lab, costs, rgb, grid, tuned) | ~seen
+    unknown = unexplained(lab, costs, rgb, seen, grid, tuned) | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
     labels = _without_specks(labels, unknown, grid)
@@ -84,6 +86,7 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
         costs = np.stack([_sampled_cost(look, coarse_lab, x, y) for look in tuned.looks], axis=-1)
         nearest, least = costs.argmin(axis=-1), costs.min(axis=-1)
         sure = coarse_seen & (least < SHADOW_FREE)
+        sure &= (nearest == 0) | ~touching_edge(nearest > 0, coarse_seen)
         looks = [
             _tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k))
             for k in range(costs.shape[-1])
@@ -127,7 +130,17 @@ def _moved(surface: Surface, shift: npt.NDArray[np.float64]) -> Surface:
     return Surface(surface.order, coefficients, surface.covariance, surface.span)
 
 
-def unexplained(lab: Image, costs: Image, rgb: Picture, grid: Grid, palette: Palette) -> Bools:
+def touching_edge(mask: Bools, seen: Bools) -> Bools:
+    """The connected regions of a mask that reach the edge of what the photo covers, as arms do."""
+    inner = cv2.copyMakeBorder(seen.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    rim = cv2.erode(inner, np.ones((5, 5), np.uint8))[1:-1, 1:-1] == 0
+    thick = cv2.morphologyEx((mask & seen).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, numbered = cv2.connectedComponents(thick)
+    reaching = np.unique(numbered[rim & (thick > 0)])
+    return np.asarray(np.isin(numbered, reaching[reaching > 0]))
+
+
+def unexplained(lab: Image, costs: Image, rgb: Picture, seen: Bools, grid: Grid, palette: Palette) -> Bools:
     """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
     least = cv2.blur(costs.min(axis=-1).clip(0, 60), (3, 3))
     strange = np.minimum.reduce([look.strangeness(lab, grid) for look in palette.looks])
@@ -135,6 +148,11 @@ def unexplained(lab: Image, costs: Image, rgb: Picture, grid: Grid, palette: Pal
     odd |= (least > SKIN_UNEXPLAINED) & (strange > SKIN_STRANGE) & skin(rgb)
     width = max(3, round(THINNEST_UNKNOWN * grid.pixels_per_unit)) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    like_paper = costs.argmin(axis=-1) > 0
+    plain = np.minimum.reduce([look.cost(lab, grid, shadows=False) for look in palette.looks[1:]])
+    doubtful = like_paper & (cv2.blur(plain.clip(0, 60), (5, 5)) > DOUBTFUL)
+    arms = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+    odd |= doubtful & touching_edge(np.asarray(arms), seen)
     solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     closed = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, kernel)
     _, numbered, stats, _ = cv2.connectedComponentsWithStats(closed)
