@@ -207,6 +207,19 @@ def test_a_selector_without_a_label_is_asked_again(tmp_path: Path) -> None:
     assert "exactly one of B1, B2, B3, B4, B5" in provider.received[-1]["messages"][-1]["content"]
 
 
+def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry(tmp_path: Path) -> None:
+    attempts = [
+        turn
+        for angle in (10, 20, 30, 40, 50)
+        for turn in (act({"action": "rotate", "angle": angle}), restore(1))
+    ]
+    with OpenAI(save(1), *attempts, Says(), Says("None of them.")) as provider:
+        assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
+    (selected,) = events(tmp_path / "run", "selected")
+    assert selected["by"] == "geometric"
+    assert "named no label, twice" in selected["reason"]
+
+
 def server_processes(store: Path) -> list[int]:
     """The folding servers that keep their runs in a folder."""
     found = []

@@ -4,6 +4,7 @@ A critic is asked with a ``CriticCase`` and answers with a ``Judgement``. No ver
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from folding_prompts import prompt
@@ -13,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import Message, Picture, system, user
-from folding_client.messages import answered as spoken
+from folding_client.reading import read_answer
 from folding_client.server import FoldingServer
 from folding_client.verdicts import CriticReply, read_form
 from folding_client.voice import Voice
@@ -91,24 +92,17 @@ class ModelCritic:
 
     async def judge(self, case: CriticCase) -> Judgement:
         """The model's verdict; a reply that cannot be read is sent back once."""
-        messages = _case_messages(case)
-        reply = await self._voice.query(messages)
         try:
-            return _judgement(read_form(CriticReply, reply.text))
-        except ReplyUnreadable as reason:
-            repair = [*messages, spoken(reply), user(prompt("critic/repair", reason=str(reason)))]
-            return await self._second_try(repair, len(messages))
-
-    async def _second_try(self, messages: list[Message], new_from: int) -> Judgement:
-        reply = await self._voice.query(messages, new_from=new_from)
-        try:
-            return _judgement(read_form(CriticReply, reply.text))
+            form = await read_answer(
+                self._voice, _case_messages(case), partial(read_form, CriticReply), _repair
+            )
         except ReplyUnreadable as reason:
             return Judgement(None, f"The critic gave no verdict that can be read, twice ({reason}).")
+        return Judgement(form.verdict, form.analysis, form.anchor_check, tuple(form.discrepancies))
 
 
-def _judgement(reply: CriticReply) -> Judgement:
-    return Judgement(reply.verdict, reply.analysis, reply.anchor_check, tuple(reply.discrepancies))
+def _repair(reason: str) -> str:
+    return prompt("critic/repair", reason=reason)
 
 
 def _case_messages(case: CriticCase) -> list[Message]:

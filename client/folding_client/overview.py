@@ -1,6 +1,7 @@
 """The overview critic: where in the reconstruction so far did it go wrong?"""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from folding_prompts import prompt
@@ -8,7 +9,7 @@ from folding_schemas.results import CheckpointSaved, Comparison, RunInfo
 
 from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import ToolResult, system, user
-from folding_client.messages import answered as spoken
+from folding_client.reading import read_answer
 from folding_client.server import FoldingServer
 from folding_client.verdicts import OverviewReply, read_form
 from folding_client.voice import Voice
@@ -84,21 +85,18 @@ class ModelOverview:
             system(prompt("overview/system")),
             user(prompt("overview/user", frames=overview.text), overview.pictures),
         ]
-        why = ""
-        for _ in range(2):
-            reply = await self._voice.query(messages)
-            try:
-                form = read_form(OverviewReply, reply.text)
-            except ReplyUnreadable as reason:
-                why = str(reason)
-                messages = [*messages, spoken(reply), user(prompt("overview/repair", reason=why))]
-                continue
-            return OverviewAnalysis(
-                form.last_correct_frame,
-                form.first_suspicious_frame,
-                tuple(form.per_frame_notes),
-                form.recommendation,
-            )
+        try:
+            form = await read_answer(self._voice, messages, partial(read_form, OverviewReply), _repair)
+        except ReplyUnreadable as reason:
+            unread = f"The overview critic gave no analysis that can be read ({reason})."
+            return OverviewAnalysis(None, None, (), unread, readable=False)
         return OverviewAnalysis(
-            None, None, (), f"The overview critic gave no analysis that can be read ({why}).", readable=False
+            form.last_correct_frame,
+            form.first_suspicious_frame,
+            tuple(form.per_frame_notes),
+            form.recommendation,
         )
+
+
+def _repair(reason: str) -> str:
+    return prompt("overview/repair", reason=reason)

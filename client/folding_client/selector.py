@@ -10,7 +10,7 @@ from folding_schemas.results import AttemptList, FrameView
 
 from folding_client.interrupts import ReplyUnreadable, ToolRefused
 from folding_client.messages import Picture, system, user
-from folding_client.messages import answered as spoken
+from folding_client.reading import read_answer
 from folding_client.scratch import agreement_of, walk
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_label
@@ -74,17 +74,15 @@ class ModelSelector:
             system(prompt("selector/system")),
             user(prompt("selector/user", labels=labels), (*photo, *diagrams)),
         ]
-        for _ in range(2):
-            reply = await self._voice.query(messages)
-            try:
-                label = read_label(reply.text, len(attempts.attempts))
-            except ReplyUnreadable as reason:
-                messages = [
-                    *messages,
-                    spoken(reply),
-                    user(prompt("selector/again", reason=str(reason), labels=labels)),
-                ]
-                continue
-            return Choice(attempts.attempts[label - 1].attempt, "model", f"B{label}")
-        choice = await GeometricSelector(self._server).choose(attempts, diagrams)
-        return Choice(choice.attempt, "geometric", f"the selector named no label, twice; {choice.reason}")
+        count = len(attempts.attempts)
+
+        def again(reason: str) -> str:
+            return prompt("selector/again", reason=reason, labels=labels)
+
+        try:
+            label = await read_answer(self._voice, messages, lambda text: read_label(text, count), again)
+        except ReplyUnreadable as reason:
+            choice = await GeometricSelector(self._server).choose(attempts, diagrams)
+            why = f"the selector named no label, twice ({reason}); {choice.reason}"
+            return Choice(choice.attempt, "geometric", why)
+        return Choice(attempts.attempts[label - 1].attempt, "model", f"B{label}")

@@ -4,6 +4,7 @@
 
 import json
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from folding_prompts import prompt
@@ -12,14 +13,12 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from folding_client.interrupts import ReplyUnreadable, StepHopeless
 from folding_client.messages import Message, system, user
-from folding_client.messages import answered as spoken
 from folding_client.progress import Progress
+from folding_client.reading import read_answer
 from folding_client.record.recorder import Recorder
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_form
 from folding_client.voice import Voice
-
-READINGS = 2
 
 
 class CreasePattern(BaseModel):
@@ -100,19 +99,14 @@ class PatternPerStep:
             pattern=json.dumps(pattern.model_dump(mode="json")),
         )
         messages = [about, *self.examples, user(step, (*before, *after))]
-        why = ""
-        for _ in range(READINGS):
-            reply = await self.voice.query(messages)
-            try:
-                return read_form(CreasePattern, reply.text)
-            except ReplyUnreadable as reason:
-                why = str(reason)
-                messages += [spoken(reply), user(prompt("variants/cp_repair", reason=why))]
-        message = (
-            f"The model gave no crease pattern for frame {frame} that can be read ({why}); resume to "
-            "ask again."
-        )
-        raise StepHopeless(message)
+        try:
+            return await read_answer(self.voice, messages, partial(read_form, CreasePattern), _repair)
+        except ReplyUnreadable as reason:
+            message = (
+                f"The model gave no readable crease pattern for frame {frame} ({reason}); resume to ask "
+                "again."
+            )
+            raise StepHopeless(message) from reason
 
     def _write(self, patterns: list[CreasePattern], info: RunInfo) -> None:
         files = [pattern.fold_file(frame) for frame, pattern in enumerate(patterns, start=1)]
@@ -127,3 +121,7 @@ class PatternPerStep:
             CreasePattern.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]
         ]
         return found[: info.frames]
+
+
+def _repair(reason: str) -> str:
+    return prompt("variants/cp_repair", reason=reason)
