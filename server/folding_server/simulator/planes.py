@@ -1,8 +1,7 @@
 """Planes and layers: which faces lie flat together, and how the planes lie over each other (paper, "Origami State")."""
 
 from collections.abc import Mapping
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Point, overlap
@@ -40,6 +39,9 @@ def overlapping_pairs(paper: Paper) -> list[tuple[int, int]]:
     ]
 
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 Box = tuple[float, float, float, float]
 
 
@@ -60,6 +62,8 @@ def layers_of_planes(paper: Paper) -> list[list[list[int]]]:
     A plane lies in the lowest layer above all planes that it lies over. Planes that are woven into each other
     (a face of one over the other and a face of the other over the first) are given face by face.
     """
+    import networkx as nx  # noqa: PLC0415  (loaded when the first layers are asked for, not at start-up)
+
     groups = planes(paper)
     pairs = overlapping_pairs(paper)
     groups = _unwoven(groups, pairs)
@@ -79,6 +83,8 @@ def layers_of_planes(paper: Paper) -> list[list[list[int]]]:
 
 def _lies_over(groups: list[list[int]], pairs: list[tuple[int, int]]) -> "nx.DiGraph[int]":
     """The relation between planes: an edge from each plane to those that lie over it."""
+    import networkx as nx  # noqa: PLC0415
+
     plane_of = {face: i for i, group in enumerate(groups) for face in group}
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(range(len(groups)))
@@ -89,6 +95,8 @@ def _lies_over(groups: list[list[int]], pairs: list[tuple[int, int]]) -> "nx.DiG
 
 def _unwoven(groups: list[list[int]], pairs: list[tuple[int, int]]) -> list[list[int]]:
     """The planes with those split into single faces that are woven with another."""
+    import networkx as nx  # noqa: PLC0415
+
     graph = _lies_over(groups, pairs)
     woven = {i for part in nx.strongly_connected_components(graph) if len(part) > 1 for i in part}
     return [part for i, group in enumerate(groups) for part in ([[f] for f in group] if i in woven else [group])]
