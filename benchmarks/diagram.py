@@ -62,8 +62,8 @@ def grown(chance: random.Random, marks: Callable[[int], bool]) -> Paper:
 def papers() -> dict[str, Paper]:
     """The three papers, the same in every run."""
     return {
-        "stack": grown(random.Random(1), lambda k: False),
-        "marks": grown(random.Random(2), lambda k: True),
+        "stack": grown(random.Random(1), lambda _: False),
+        "marks": grown(random.Random(2), lambda _: True),
         "mixed": grown(random.Random(3), lambda k: k % 3 > 0),
     }
 

@@ -17,10 +17,9 @@ from pathlib import Path
 
 import av
 import numpy as np
-from PIL import Image, ImageOps
-
 from folding_server.frames.keyframes import propose_keyframes
 from folding_server.frames.pictures import decode, encode_for_model
+from PIL import Image, ImageOps
 
 PHOTO_SIZE = (4032, 3024)
 VIDEO_SIZE = (1280, 720)

@@ -127,9 +127,10 @@ def again(kept: list[tuple[Action, tuple[Point, ...]]], kind: str) -> list[Actio
         if None in ids:
             return None
         if len(ids) == 2:
-            action = action.model_copy(update={"edge": tuple(ids)})
-        actions.append(action)
-        after, failure = checked(paper, action)
+            actions.append(action.model_copy(update={"edge": tuple(ids)}))
+        else:
+            actions.append(action)
+        after, failure = checked(paper, actions[-1])
         if failure:
             return actions if failure[0] == kind else None
         paper = after or paper

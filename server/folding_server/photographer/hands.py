@@ -6,15 +6,18 @@ A hand is built upright, the wrist at the origin and the middle finger along +y,
 
 from dataclasses import dataclass
 from math import cos, radians, sin
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.camera import Matrix
 from folding_server.photographer.chance import stream
 from folding_server.photographer.colors import Floats, floats, linear_color
 from folding_server.photographer.levels import Level
+
+if TYPE_CHECKING:
+    from folding_server.photographer.camera import Matrix
 
 SKINS = ("#f0c8ac", "#e3b08d", "#c98f68", "#9a6543", "#6d442c", "#f3d2bd")
 SLEEVES = ("#2f4a78", "#7a2f35", "#3c3f42", "#56705a", "#c9c4b8", "#8a7fa0", "#d8d4cc")

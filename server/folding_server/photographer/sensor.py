@@ -17,7 +17,8 @@ def expose(light: Floats, scene: Scene, seed: int, frame: int) -> NDArray[np.uin
     grey = rng.standard_normal(encoded.shape[:2], np.float32)[..., None]
     tinted = cv2.GaussianBlur(rng.standard_normal(encoded.shape, np.float32), (0, 0), 0.7)
     noisy = encoded + np.float32(scene.noise) * (np.float32(0.8) * grey + np.float32(1.2) * tinted)
-    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+    pixels: NDArray[np.uint8] = np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+    return pixels
 
 
 def jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:

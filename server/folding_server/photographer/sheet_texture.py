@@ -3,16 +3,19 @@ coordinates.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.chance import stream
 from folding_server.photographer.colors import Floats, floats, linear_color
 from folding_server.photographer.scene import Scene
 from folding_server.simulator import Paper
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 SIDE = 1024
 """Texture pixels along one sheet side."""

@@ -202,7 +202,7 @@ def _moved_and_blurred(mask: Mask, shading: Shading, offset: float, blur: float)
     dx, dy = shading.towards[0] * offset, shading.towards[1] * offset
     radius = max(int(blur), 1)
     small = cv2.warpAffine(mask, np.array([[1, 0, dx], [0, 1, dy]]), mask.shape[::-1])
-    return cv2.stackBlur(small, (2 * radius + 1, 2 * radius + 1)).astype(np.float32)
+    return floats(cv2.stackBlur(small, (2 * radius + 1, 2 * radius + 1)))
 
 
 def _samples(canvas: Canvas, pixels: Matrix) -> Matrix:

@@ -22,6 +22,7 @@ class Isometry(NamedTuple):
     f: float
 
     def __call__(self, point: Point) -> Point:
+        """Where a point goes."""
         x, y = point
         return self.a * x + self.b * y + self.e, self.c * x + self.d * y + self.f
 

@@ -15,9 +15,9 @@ def folded_state(paper: Paper) -> FoldedState:
         vertices={str(v): (_rounded(positions[v][0]), _rounded(positions[v][1])) for v in sorted(positions)},
         faces={str(f): list(paper.faces[f]) for f in sorted(paper.faces)},
         faces_orientations={
-            str(f): cast(Literal[0, 1], int(paper.back_up(f))) for f in sorted(paper.faces)
+            str(f): cast("Literal[0, 1]", int(paper.back_up(f))) for f in sorted(paper.faces)
         },
-        edges=[(u, v, cast(EdgeKind, letter)) for (u, v), letter in paper.edges()],
+        edges=[(u, v, cast("EdgeKind", letter)) for (u, v), letter in paper.edges()],
         layers=layers_of_planes(paper),
     )
 

@@ -38,7 +38,7 @@ def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: fl
     3) and ``unknown`` (rows, cols) belong to the same pixels as the picture.
     """
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    strength = np.zeros_like(grey)
+    strength = np.zeros(grey.shape, np.float32)
     for side in (1, 2):
         own = ((shares[..., side] > 0.9) & ~unknown).astype(np.uint8)
         rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1

@@ -39,7 +39,8 @@ def draw_overlay(paper: Paper, seen: SeenFrame, match: Match, size: int = 768) -
     silhouette, layers = visible_lines(paper, grid, match.alignment.motion)
     picture[layers] = LAYER
     picture[silhouette] = OUTLINE
-    return np.clip(picture, 0, 255).astype(np.uint8)
+    pixels: npt.NDArray[np.uint8] = np.clip(picture, 0, 255).astype(np.uint8)
+    return pixels
 
 
 def visible_lines(
