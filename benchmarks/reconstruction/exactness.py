@@ -1,89 +1,96 @@
 """Whether a reconstructed paper is the true one: same vertices, same creases, same order of layers.
 
-The sheet is a square, and which corner is called which is a matter of taste: the best of its four turns counts.
+The sheet is a square, and which corner is called which is a matter of taste: the best of its four turns
+counts.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import dist, hypot
 
-import numpy as np
 from folding_server.simulator import Paper, overlapping_pairs
-from folding_server.simulator.plane_geometry import Point, clip, line_through
+from folding_server.simulator.plane_geometry import Point, between, line_through
 from shapely.geometry import Polygon
+from sheet import QUARTERS, Segment, gap, turned
+
+TOLERANCE = 0.02
+"""How far off a vertex or a crease may be, in sheet units."""
+SAMPLES = (0.3, 0.5, 0.7)
+"""Where along a crease it is looked for in the other paper."""
+LEAST_OVERLAP = 4e-4
+"""Faces that overlap by less area than this may lie in any order."""
+KINDS = {"B": "boundary", "F": "flat"}
+"""Kinds of edges by their letter; all others are folded."""
 
 
 @dataclass(frozen=True)
 class Exactness:
-    """``farthest`` is the largest distance (sheet units) from a true vertex to the nearest found one."""
+    """How well two papers agree under one turn of the sheet.
+
+    ``farthest``  largest distance (sheet units) from a true vertex to the nearest found one
+    ``creases``   share of sampled points on creases of either that lie on one of the same kind in the other
+    ``order``     share of overlapping pairs of true faces that lie in the same order
+    """
 
     farthest: float
     creases: float
     order: float
 
-    def holds(self, tolerance: float) -> bool:
+    def holds(self, tolerance: float = TOLERANCE) -> bool:
         """Whether vertices, creases and order all agree."""
         return self.farthest <= tolerance and self.creases == 1.0 and self.order == 1.0
 
 
-def exactness(truth: Paper, found: Paper, tolerance: float = 0.02) -> Exactness:
+def exactness(truth: Paper, found: Paper, tolerance: float = TOLERANCE) -> Exactness:
     """The best agreement over the four turns of the sheet."""
-    results = [_under(truth, found, quarter, tolerance) for quarter in range(4)]
+    results = [_under(truth, found, quarters, tolerance) for quarters in QUARTERS]
     return max(results, key=lambda e: (e.creases + e.order, -e.farthest))
-
-
-def _under(truth: Paper, found: Paper, quarter: int, tolerance: float) -> Exactness:
-    def turned(p: Point) -> Point:
-        x, y = p
-        for _ in range(quarter):
-            x, y = y, 1 - x
-        return x, y
-
-    places = np.array(list(found.places.values()))
-    farthest = max(float(np.min(np.hypot(*(places - turned(p)).T))) for p in truth.places.values())
-    return Exactness(farthest, _creases(truth, found, turned, tolerance), _order(truth, found, turned))
-
-
-def _creases(truth: Paper, found: Paper, turned, tolerance: float) -> float:  # noqa: ANN001
-    """Share of sampled points on the creases of either that lie on one of the same kind in the other."""
-    true_lines = [(turned(truth.places[u]), turned(truth.places[v]), kind(letter)) for (u, v), letter in truth.edges()]
-    found_lines = [(found.places[u], found.places[v], kind(letter)) for (u, v), letter in found.edges()]
-    checks = [
-        any(k == other and _gap(point, p, q) <= tolerance for p, q, other in lines)
-        for own, lines in ((true_lines, found_lines), (found_lines, true_lines))
-        for a, b, k in own
-        if k != "boundary" and hypot(a[0] - b[0], a[1] - b[1]) > 3 * tolerance
-        for point in ((a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t) for t in (0.3, 0.5, 0.7))
-    ]
-    return sum(checks) / len(checks) if checks else 1.0
 
 
 def kind(letter: str) -> str:
     """Boundary, flat or folded."""
-    return {"B": "boundary", "F": "flat"}.get(letter, "folded")
+    return KINDS.get(letter, "folded")
 
 
-def _gap(point: Point, p: Point, q: Point) -> float:
-    """Distance of a point from a segment."""
-    (x, y), (px, py), (qx, qy) = point, p, q
-    dx, dy = qx - px, qy - py
-    length = dx * dx + dy * dy
-    t = 0.0 if length == 0 else min(1.0, max(0.0, ((x - px) * dx + (y - py) * dy) / length))
-    return hypot(x - px - t * dx, y - py - t * dy)
+def _under(truth: Paper, found: Paper, quarters: int, tolerance: float) -> Exactness:
+    places = list(found.places.values())
+    farthest = max(min(dist(turned(p, quarters), q) for q in places) for p in truth.places.values())
+    return Exactness(farthest, _creases(truth, found, quarters, tolerance), _order(truth, found, quarters))
 
 
-def _order(truth: Paper, found: Paper, turned) -> float:  # noqa: ANN001
+def _creases(truth: Paper, found: Paper, quarters: int, tolerance: float) -> float:
+    """Share of sampled points on the creases of either that lie on one of the same kind in the other."""
+    true_lines, found_lines = _lines(truth, quarters), _lines(found, 0)
+    checks = [
+        any(kind_ == other and gap(point, segment) <= tolerance for segment, other in lines)
+        for own, lines in ((true_lines, found_lines), (found_lines, true_lines))
+        for (a, b), kind_ in own
+        if kind_ != "boundary" and dist(a, b) > 3 * tolerance
+        for point in (between(a, b, t) for t in SAMPLES)
+    ]
+    return sum(checks) / len(checks) if checks else 1.0
+
+
+def _lines(paper: Paper, quarters: int) -> list[tuple[Segment, str]]:
+    """All edges on the turned sheet with their kinds."""
+    places = {v: turned(p, quarters) for v, p in paper.places.items()}
+    return [((places[u], places[v]), kind(letter)) for (u, v), letter in paper.edges()]
+
+
+def _order(truth: Paper, found: Paper, quarters: int) -> float:
     """Share of overlapping pairs of true faces whose order agrees, at the middle of their overlap."""
-    agree = total = 0
+    checks = []
     for lower, upper in overlapping_pairs(truth):
         common = Polygon(truth.polygon(lower)).intersection(Polygon(truth.polygon(upper)))
-        if common.area < 4e-4:
+        if common.area < LEAST_OVERLAP:
             continue
         spot = common.representative_point()
-        below = _face_at(found, turned(truth.isometries[lower].inverse()((spot.x, spot.y))))
-        above = _face_at(found, turned(truth.isometries[upper].inverse()((spot.x, spot.y))))
-        total += 1
-        agree += found.rank[below] < found.rank[above]
-    return agree / total if total else 1.0
+        below, above = (
+            _face_at(found, turned(truth.isometries[face].inverse()((spot.x, spot.y)), quarters))
+            for face in (lower, upper)
+        )
+        checks.append(found.rank[below] < found.rank[above])
+    return sum(checks) / len(checks) if checks else 1.0
 
 
 def _face_at(paper: Paper, place: Point) -> int:
@@ -91,12 +98,9 @@ def _face_at(paper: Paper, place: Point) -> int:
     return min(paper.faces, key=lambda f: _outside(paper.sheet_polygon(f), place))
 
 
-def _outside(outline: list[Point], point: Point) -> float:
+def _outside(outline: Sequence[Point], point: Point) -> float:
+    """How far a point is outside a convex outline, negative inside."""
+    corners = zip(outline, [*outline[1:], outline[0]], strict=True)
     return max(
-        line_through(p, q).distance(point)
-        for p, q in zip(outline, outline[1:] + outline[:1], strict=True)
-        if hypot(p[0] - q[0], p[1] - q[1]) > 1e-9
+        line_through(p, q).distance(point) for p, q in corners if hypot(p[0] - q[0], p[1] - q[1]) > 1e-9
     )
-
-
-__all__ = ["Exactness", "clip", "exactness", "kind"]
