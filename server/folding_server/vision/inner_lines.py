@@ -47,7 +47,7 @@ def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: fl
         if width and height:
             window = slice(upper, upper + height), slice(left, left + width)
             strength[window] += _lines_within(grey[window], own[window], core[window] > 0, pixels_per_unit)
-    return strength
+    return np.asarray(strength, np.float32)
 
 
 def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Bools, pixels_per_unit: float) -> Image:
