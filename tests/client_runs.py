@@ -89,7 +89,7 @@ def sequence(frames: int) -> Path:
 @cache
 def server_url() -> str:
     """The address of a folding server over HTTP that serves every sequence of these tests."""
-    for frames in (2, 3, 9):
+    for frames in (2, 3, 4, 7, 9):
         sequence(frames)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

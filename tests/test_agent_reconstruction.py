@@ -104,9 +104,9 @@ def test_a_mistake_noticed_later_is_traced_back_and_redone(tmp_path: Path) -> No
         look_back,
         OVERVIEW,
         restore(4),
-        *solved(CAT[3:], first=5),
+        *solved(CAT[3:6], first=5),
     ) as provider:
-        outcome = run(9, tmp_path / "run", model=MODEL, api_base=provider.url)
+        outcome = run(7, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert outcome.status == "complete"
     assert program(tmp_path / "run")[3] == [{"action": "unfold"}]
     (overview,) = events(tmp_path / "run", "overview")
@@ -135,9 +135,9 @@ def test_when_the_budget_is_spent_the_selector_chooses_and_earlier_frames_are_cl
         *attempts,
         Says("B4"),
         closed,
-        *solved([[{"action": "flip", "axis": "x"}]] * 6, first=4),
+        *solved([[{"action": "flip", "axis": "x"}]], first=4),
     ) as provider:
-        outcome = run(9, tmp_path / "run", model=MODEL, api_base=provider.url)
+        outcome = run(4, tmp_path / "run", model=MODEL, api_base=provider.url)
     assert outcome.status == "complete"
     assert program(tmp_path / "run")[1] == [{"action": "rotate", "angle": 40.0}]
     (selected,) = events(tmp_path / "run", "selected")

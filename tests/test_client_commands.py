@@ -239,6 +239,8 @@ def test_a_batch_skips_what_is_finished_and_continues_the_rest(tmp_path: Path) -
         model,
         "--out",
         tmp_path / "runs",
+        "--server-url",
+        server_url(),
         "--jobs",
         "2",
         "--json",

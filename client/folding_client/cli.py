@@ -111,6 +111,7 @@ def batch_command(
     few_shot: options.FewShot = None,
     max_queries: options.MaxQueries = None,
     api_base: options.ApiBase = None,
+    server_url: options.ServerUrl = None,
     jobs: Annotated[int, typer.Option(min=1, help="Sequences at a time.")] = 1,
     out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
     as_json: options.AsJson = False,
@@ -118,7 +119,7 @@ def batch_command(
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
     settings = _settings(
         model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
-        max_queries=max_queries, api_base=api_base,
+        max_queries=max_queries, api_base=api_base, server_url=server_url,
     )  # fmt: skip
     lines = _finish(run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken()))
     if as_json:
