@@ -1,6 +1,11 @@
-"""Fixtures for all tests."""
+"""Fixtures and settings for all tests."""
 
 import pytest
+from hypothesis import settings
+
+# How long an example takes depends on the machine and is no fault.
+settings.register_profile("project", deadline=None, print_blob=True)
+settings.load_profile("project")
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,22 @@
+FROM python:3.11-slim
+
+RUN apt-get update \
+    && apt-get install -y --no-install-recommends libcairo2 \
+    && rm -rf /var/lib/apt/lists/*
+
+WORKDIR /app
+COPY pyproject.toml requirements.lock README.md LICENSE ./
+COPY schemas schemas
+COPY prompts prompts
+COPY server server
+COPY client client
+RUN pip install --no-cache-dir --constraint requirements.lock .
+
+RUN useradd --create-home folding \
+    && mkdir /data /sequences /runs \
+    && chown folding:folding /data /runs
+USER folding
+VOLUME ["/data", "/runs"]
+EXPOSE 8000
+
+CMD ["foldingagent-server", "--http", "0.0.0.0:8000", "--known-as", "server", "--sequences", "/sequences", "--data", "/data"]

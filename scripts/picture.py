@@ -1,0 +1,57 @@
+"""Draw a picture of a run: the photos above, the folded states that were recovered below.
+
+python scripts/picture.py RUN_FOLDER PICTURE.png
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from folding_schemas.actions import Program
+from folding_server.diagram import draw_svg, rasterise
+from folding_server.diagram.colors import colors_of
+from folding_server.diagram.strip import describe_action
+from folding_server.frames.panels import columns
+from folding_server.frames.pictures import Rgb, decode_bytes
+from folding_server.frames.sequences import load_sequence
+from folding_server.interchange.programs import load_program
+from folding_server.simulator import Paper, apply, new_paper
+from PIL import Image
+
+WIDTH = 1600
+SIDE = 480
+
+
+def states(program: Program) -> Iterator[tuple[Paper, str]]:
+    """The paper at every keyframe, and what was done to it."""
+    paper = new_paper(program.sheet)
+    yield paper, "start"
+    for step in program.steps:
+        for action in step:
+            paper = apply(paper, action)
+        yield paper, "; ".join(describe_action(action) for action in step if action.action != "add_vertex")
+
+
+def picture(run: Path) -> Rgb:
+    """Photos and diagrams of a run in columns."""
+    sequence = load_sequence(Path(json.loads((run / "run.json").read_text())["sequence"]["folder"]))
+    program = load_program((run / "program.json").read_text())
+    papers, captions = zip(*states(program), strict=True)
+    colors = colors_of(sequence.front_color, sequence.back_color)
+    diagrams = [decode_bytes(rasterise(draw_svg(paper, colors), SIDE), "diagram") for paper in papers]
+    photos = [sequence.photo(frame + 1) for frame in range(len(papers))]
+    return columns(photos, diagrams, captions, WIDTH)
+
+
+def main() -> None:
+    """Write the picture."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("picture", type=Path)
+    given = parser.parse_args()
+    Image.fromarray(picture(given.run)).quantize(128).save(given.picture, optimize=True)
+
+
+if __name__ == "__main__":
+    main()
