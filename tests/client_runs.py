@@ -6,6 +6,7 @@ import asyncio
 import atexit
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -63,7 +64,9 @@ def figure(name: str) -> list[list[dict[str, Any]]]:
 
 @cache
 def _home() -> Path:
-    return Path(tempfile.mkdtemp(prefix="folding-tests-"))
+    folder = Path(tempfile.mkdtemp(prefix="folding-tests-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 @cache
