@@ -38,7 +38,7 @@ def recorded_actions() -> list[float]:
         for recorded in json.loads(path.read_text())["actions"]:
             action = {key: value for key, value in recorded.items() if key != "at"}
             if "at" in recorded:
-                action["edge"] = [min(paper.places, key=lambda v: dist(paper.places[v], at)) for at in recorded["at"]]  # noqa: B023
+                action["edge"] = [min(paper.places, key=lambda v: dist(paper.places[v], at)) for at in recorded["at"]]
             known = ACTION.validate_python(action)
             start = perf_counter()
             paper = apply(paper, known)

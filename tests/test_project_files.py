@@ -19,7 +19,7 @@ from typer.main import get_command
 
 PACKAGES = ("folding_schemas", "folding_prompts", "folding_server", "folding_client")
 TEXTS = {".py", ".md", ".toml", ".yml", ".json", ".lock", ".js", ".txt", ""}
-HOSTS = ("pypi" + ".org", "pythonhosted" + ".org", "npmjs" + ".org", "npmjs" + ".com", "index" + "-url")
+HOSTS = ("pypi" + ".org", "pythonhosted" + ".org", "npmjs" + ".org", "npmjs" + ".com")
 PLACES = ("/" + "work/", "/" + "root/", "/" + "home/")
 
 
@@ -69,8 +69,10 @@ def test_the_wheel_installs_both_commands_and_the_licence(wheel: zipfile.ZipFile
 def test_every_requirement_is_locked() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = project["dependencies"] + project["optional-dependencies"]["test"]
+    lock = (ROOT / "requirements.lock").read_text()
+    assert "://" not in lock
     names = {re.split(r"[<>=\[; ]", requirement)[0] for requirement in wanted}
-    locked = {line.split("==")[0] for line in (ROOT / "requirements.lock").read_text().splitlines()}
+    locked = {line.split("==")[0] for line in lock.splitlines()}
     assert names <= locked
 
 
