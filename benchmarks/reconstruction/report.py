@@ -4,23 +4,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from rich.box import SIMPLE
 from rich.table import Table
 from scoring import Overall, Score, overall
 
 DIGITS = 6
-COLUMNS = (
-    "sequence",
-    "frames",
-    "completed",
-    "exact",
-    "class",
-    "line error",
-    "IoU",
-    "s median",
-    "s worst",
-    "MB",
-    "lost at",
-)
+COLUMNS = ("sequence", "frames", "done", "exact", "class", "line", "IoU", "s", "s max", "MB", "lost")
 
 
 def document(settings: dict[str, Any], scores: Sequence[Score]) -> dict[str, Any]:
@@ -43,10 +32,11 @@ def in_words(score: Score) -> str:
 
 
 def table(title: str, scores: Sequence[Score]) -> Table:
-    """One row a sequence and the overall figures below."""
-    shown = Table(title=title)
+    """One row a sequence and the overall figures below: seconds are the median and the worst."""
+    shown = Table(title=title, box=SIMPLE, padding=(0, 1, 0, 0))
     for column in COLUMNS:
-        shown.add_column(column, justify="left" if column == "sequence" else "right")
+        first = column == "sequence"
+        shown.add_column(column, justify="left" if first else "right", no_wrap=not first, overflow="fold")
     for score in scores:
         shown.add_row(*_row(score))
     shown.add_section()
@@ -58,7 +48,7 @@ def _row(score: Score) -> tuple[str, ...]:
     return (
         score.sequence,
         str(score.frames),
-        "yes" if score.completed else f"no: {score.reason}",
+        "yes" if score.completed else "no",
         "yes" if score.final_exact else "no",
         *_figures(score),
         str(score.lost_at or ""),
