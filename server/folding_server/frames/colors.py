@@ -29,8 +29,11 @@ def color_rgb(color: str) -> tuple[int, int, int]:
     Raises PhotoError for anything else.
     """
     plain = _SPACING.sub("", color).lower()
-    written = PAPER_NAMES.get(plain) or ImageColor.colormap.get(plain, plain)
-    if not isinstance(written, str) or not _HEX.fullmatch(written.lower()):
+    if plain in ImageColor.colormap:
+        red, green, blue = ImageColor.getrgb(plain)[:3]
+        return red, green, blue
+    written = PAPER_NAMES.get(plain, plain)
+    if not _HEX.fullmatch(written):
         raise PhotoError(
             f"the colour {color!r} is not known: write it as #rrggbb, "
             "or as a plain name such as 'red' or 'light blue'"
