@@ -29,7 +29,6 @@ from folding_server.vision.solver.lines import (
 )
 from folding_server.vision.solver.scene import Scene
 
-
 _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
 
@@ -90,9 +89,8 @@ class FoldSearch:
     """The search for one transition: a paper, the photo after it coarse and fine, and what changed."""
 
     def __init__(
-        self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort, *, scale: bool
+        self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort
     ) -> None:
-        self.scale = scale
         self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
         self.leaves = Leaves(paper)
         self.landmarks = both_ways(landmark_lines(paper))
@@ -142,9 +140,9 @@ class FoldSearch:
             return scene.agreement_of(drawn(x)) - 0.02 * abs(x[5])
 
         step = 2.0 / scene.grid.pixels_per_unit
-        steps = (step, step, step / 2, step / 2, 1.5, 0.02 if self.scale else 0.0)
+        steps = (step, step, step / 2, step / 2, 1.5, 0.02)
         x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
-        x, best = polished(drawn, scene, x, best, (step / 2, step / 2, step / 2, step / 2, 50 * step, steps[5] and step))
+        x, best = polished(drawn, scene, x, best, (step / 2, step / 2, step / 2, step / 2, 50 * step, step))
         moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
         return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
 
@@ -205,7 +203,7 @@ class FoldSearch:
 
         step = 1.0 / self.fine.grid.pixels_per_unit
         origin = (0.0,) * 5
-        steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step if self.scale else 0.0)
+        steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step)
         x, best = polished(drawn, self.fine, origin, self.fine.agreement_of(drawn(origin)), steps)
         return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 

@@ -11,7 +11,6 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Line, Point, clip, mirror, overlap
 from folding_server.vision.solver.scene import Stack
 
-
 NEAR = 0.006
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
 
@@ -100,9 +99,8 @@ class Leaves:
 
     def _meet(self, face: int, other: int, line: Line, reach: dict[int, tuple[float, float]]) -> bool:
         """Whether the moving parts of two faces that overlap do so too."""
-        if reach[face][0] >= -NEAR or reach[other][0] >= -NEAR:
-            if reach[face][0] >= -NEAR and reach[other][0] >= -NEAR:
-                return True
+        if reach[face][0] >= -NEAR and reach[other][0] >= -NEAR:
+            return True
         return overlap(clip(self.outlines[face], line), clip(self.outlines[other], line))
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import atan2, cos, pi, radians, sin
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -154,11 +155,11 @@ class Evidence:
     def _gone(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
         side, images = _mirrored(lines, points)
         landed = self._look(self.scene.labels, images)
-        return (side > -_MARGIN) & (landed != BACKGROUND)
+        return np.asarray((side > -_MARGIN) & (landed != BACKGROUND))
 
     def _came(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
         side, images = _mirrored(lines, points)
-        return (side < _MARGIN) & is_paper(self._look(self.before, images))
+        return np.asarray((side < _MARGIN) & is_paper(self._look(self.before, images)))
 
     def _turned(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
         side, images = _mirrored(lines, points)
@@ -202,8 +203,6 @@ def evidence(before: Labels, scene: Scene, motion: Isometry) -> Evidence:
 
 def _opened(mask: Mask) -> Mask:
     """A mask without parts thinner than three pixels."""
-    import cv2
-
     kernel = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)
 

@@ -19,6 +19,8 @@ ZOOM_COST, FREE_ZOOM = 0.1, 0.01
 """A change of scale between two photos costs this much per unit of its logarithm, beyond the free part."""
 
 
+UNSEEN_COST = 0.01
+"""Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
 LINE_COST = 0.02
 """What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
 
@@ -38,16 +40,23 @@ class Plan:
     explanation: str
     zoom: float = 0.0
     contradiction: float = 0.0
+    unseen: bool = False
 
     @property
     def score(self) -> float:
         """Agreement less the cost of the actions, of the camera's coming nearer and of lines that contradict.
 
-        ``zoom`` is the logarithm of the change of scale, ``contradiction`` that of the inner lines, 0 to 2.
+        ``zoom`` is the logarithm of the change of scale, ``contradiction`` that of the inner lines, 0 to 2; ``unseen``
+        marks a fold that the photo does not show.
         """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
         zoom = ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
-        return self.agreement - cost - zoom - LINE_COST * self.contradiction
+        return self.looks - cost - zoom - (UNSEEN_COST if self.unseen else 0.0)
+
+    @property
+    def looks(self) -> float:
+        """Agreement less what the lines inside the paper say against the plan."""
+        return self.agreement - LINE_COST * self.contradiction
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

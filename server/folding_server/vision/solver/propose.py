@@ -27,8 +27,9 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     """
     before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
     scene = Scene(before.grid, before.labels, before.two_coloured)
-    last = locate(paper, scene, scale=True)
-    views = Views(_scene(after, before), _scene(eyes.frame(frame, FINE), before), scale=True)
+    handheld = after.scales[0] != after.scales[1]
+    last = locate(paper, scene)
+    views = Views(_scene(after, before), _scene(eyes.frame(frame, FINE), before), handheld)
     return tuple(_distinct(explain(paper, last, views))[:count])
 
 

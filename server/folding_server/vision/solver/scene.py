@@ -74,8 +74,8 @@ class Scene:
 
     def agreement_of(self, drawn: Labels) -> float:
         """Share of the known pixels showing paper, in the photo or the drawing, whose class agrees; 0 to 1."""
-        either = np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known)
-        wrong = np.count_nonzero((drawn != self.labels) & self.known)
+        either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
+        wrong = int(np.count_nonzero((drawn != self.labels) & self.known))
         return max(0.0, 1.0 - wrong / max(either, 1))
 
     def agreement(self, stack: Stack, motion: Isometry) -> float:

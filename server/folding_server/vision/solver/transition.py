@@ -25,23 +25,30 @@ STANDS_OUT = 0.01
 """How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
+VISIBLE = 0.003
+"""How much better than nothing a fold or unfold must look to count as seen."""
+STILL = 8.0
+"""How much dearer a change of scale is under a camera that stands still."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
 
 
 @dataclass(frozen=True)
 class Views:
-    """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one."""
+    """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one.
+
+    Even under a camera that stands still the sheet's size varies a little with its height over the table.
+    """
 
     coarse: Scene
     fine: Scene
-    scale: bool = False
+    handheld: bool = False
 
 
-def locate(paper: Paper, scene: Scene, scale: bool = False) -> Isometry:
+def locate(paper: Paper, scene: Scene) -> Isometry:
     """The motion under which a paper explains the photo it was made from."""
     stack = stack_of(paper)
-    freedom = Freedom(shift=0.04, turn=4.0, scale=0.04 if scale else 0.0, halvings=5)
+    freedom = Freedom(shift=0.04, turn=4.0, scale=0.04, halvings=5)
     starts = (IDENTITY, centered(stack, scene))
     return max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement).motion
 
@@ -54,12 +61,18 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     best = max(p.agreement for p in plans)
     if best < EXPLAINED or best < nothing.agreement + STANDS_OUT:
         plans += fold_plans(paper, motions, views, effort)
-    if views.scale and max(p.agreement for p in plans) < COMPOUND_BELOW:
+    if views.handheld and max(p.agreement for p in plans) < COMPOUND_BELOW:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
     if max(p.agreement for p in plans) < COMPOUND_BELOW:
         plans += _compound_plans(paper, last, views, plans, effort)
-    return best_first(plans)
+    return best_first([_unseen(plan, nothing) for plan in plans])
+
+
+def _unseen(plan: Plan, nothing: Plan) -> Plan:
+    """A plan that creases, marked if the photo shows no more of it than of nothing at all."""
+    creases = any(action.action in ("fold", "unfold") for action in plan.actions)
+    return replace(plan, unseen=creases and plan.looks < nothing.looks + VISIBLE)
 
 
 def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
@@ -106,9 +119,9 @@ def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
 
 def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
     """A plan with its motion and agreement measured on the fine view."""
-    freedom = Freedom(shift=0.01, turn=1.0, scale=0.01 if views.scale else 0.0, halvings=3)
+    freedom = Freedom(shift=0.01, turn=1.0, scale=0.01, halvings=3)
     settled = align(stack_of(plan.paper), views.fine, plan.motion, freedom)
-    zoom = log(scale_of(settled.motion) / scale_of(last))
+    zoom = log(scale_of(settled.motion) / scale_of(last)) * (1 if views.handheld else STILL)
     lines = inner_lines(plan.paper, views.fine, settled.motion).contradiction
     return replace(plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom, contradiction=lines)
 
@@ -119,7 +132,7 @@ def fold_plans(
     """Single folds that explain the photo, as actions, after those of ``before``."""
     drawn = stack_of(paper)
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    search = FoldSearch(paper, views.coarse, views.fine, changed, effort, scale=views.scale)
+    search = FoldSearch(paper, views.coarse, views.fine, changed, effort)
     for found in search.run():
         for plan in _realised(paper, found, before):
             yield _settled(plan, views, motions[0])

@@ -1,7 +1,7 @@
 """Explaining a photo without a new crease: nothing happened, the model was turned, turned over, or unfolded."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from math import atan2, degrees
 
 from folding_schemas.actions import Action, Flip, FlipAxis, Rotate, Unfold
 
@@ -51,7 +51,7 @@ def _turned(stack: Stack, angle: float) -> Stack:
 def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Isometry) -> Iterator[Plan]:
     """Rotations that explain the photo; ``last`` is the motion under which the paper explained the photo before."""
     stack = stack_of(paper)
-    for angle, aligned in best_turns(stack, scene):
+    for _, aligned in best_turns(stack, scene):
         relative = _angle_of(aligned.motion) - _angle_of(last)
         rounded = _rounded((relative + 180) % 360 - 180)
         if rounded == 0:
@@ -62,13 +62,10 @@ def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: I
         settled = align(stack_of(after), scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
         yield Plan((*before, action), "rotate" if not before else "compound", after, settled.motion,
                    settled.agreement, f"the model was turned by {rounded:g} degrees clockwise")
-        del angle
 
 
 def _angle_of(motion: Isometry) -> float:
     """The clockwise angle of a rotation in degrees."""
-    from math import atan2, degrees
-
     return degrees(atan2(motion.b, motion.a))
 
 
@@ -127,7 +124,3 @@ def _settled(
     return Plan(actions, "unfold" if kind == "unfold" else "compound", after, settled.motion, settled.agreement,
                 "a crease was unfolded" if len(actions) == 1 else "two creases were unfolded")
 
-
-def pairs_of(papers: Sequence[Paper]) -> Iterator[tuple[Paper, Paper]]:
-    """All pairs."""
-    return combinations(papers, 2)

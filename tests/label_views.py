@@ -1,0 +1,53 @@
+"""Photos as the solver sees them, drawn from known papers: label images with drift, noise and holes, no camera."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from folding_server.simulator import Paper
+from folding_server.simulator.plane_geometry import Isometry, turn
+from folding_server.vision.grid import grid_over
+from folding_server.vision.labels import UNKNOWN
+from folding_server.vision.raster import draw_paper
+from folding_server.vision.solver.scene import Scene
+from folding_server.vision.solver.transition import Views
+
+REACH = (-0.6, -0.6, 1.6, 1.6)
+
+
+@dataclass(frozen=True)
+class Spoiling:
+    """What is wrong with the photo: drift (sheet units, degrees), share of wrong pixels, and a hidden disc."""
+
+    shift: tuple[float, float] = (0.0, 0.0)
+    degrees: float = 0.0
+    noise: float = 0.0
+    hidden: tuple[float, float, float] | None = None
+
+    @property
+    def motion(self) -> Isometry:
+        """The drift as a motion of the plane."""
+        return Isometry(1, 0, 0, 1, *self.shift).after(turn(self.degrees, (0.5, 0.5)))
+
+
+CLEAN = Spoiling()
+
+
+def views(paper: Paper, spoiling: Spoiling = CLEAN, seed: int = 0) -> Views:
+    """A paper seen coarse and fine."""
+    return Views(scene(paper, 64, spoiling, seed), scene(paper, 160, spoiling, seed + 1))
+
+
+def scene(paper: Paper, pixels_per_unit: float, spoiling: Spoiling, seed: int) -> Scene:
+    """A paper as a label image."""
+    chance = np.random.default_rng(seed)
+    grid = grid_over(pixels_per_unit, REACH)
+    labels = draw_paper(paper, grid, spoiling.motion).copy()
+    wrong = chance.random(labels.shape) < spoiling.noise
+    labels[wrong] = chance.integers(0, 3, int(wrong.sum()))
+    labels = cv2.medianBlur(labels, 3)
+    if spoiling.hidden is not None:
+        x, y, radius = spoiling.hidden
+        col, row = grid.to_pixel((x, y))
+        cv2.circle(labels, (round(col), round(row)), round(radius * pixels_per_unit), UNKNOWN, -1)
+    return Scene(grid, labels)

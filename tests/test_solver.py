@@ -1,0 +1,108 @@
+"""The geometric solver on label images of known papers: every class of transition, drift, noise and hidden parts."""
+
+import json
+import sys
+
+import pytest
+from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
+from folding_server.simulator import Paper, apply, new_paper, replay
+from folding_server.simulator.plane_geometry import IDENTITY
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.transition import explain, locate
+from label_views import CLEAN, Spoiling, views
+from paths import ROOT, SHARED
+
+sys.path.insert(0, str(ROOT / "benchmarks" / "reconstruction"))
+from exactness import exactness
+
+DRIFTED = Spoiling(shift=(0.02, -0.015), degrees=2.0, noise=0.01)
+DIAGONAL: tuple[Action, ...] = (Rotate(angle=45), Fold(edge=(4, 2), direction=-1))
+"""A triangle, back up: the first steps of many animals."""
+
+
+def explained(before: tuple[Action, ...], step: tuple[Action, ...], spoiling: Spoiling = DRIFTED) -> tuple[Paper, Plan]:
+    """The true paper after a step, and the solver's best plan for it."""
+    paper = replay(before)
+    truth = paper
+    for action in step:
+        truth = apply(truth, action)
+    return truth, explain(paper, IDENTITY, views(truth, spoiling))[0]
+
+
+@pytest.mark.parametrize(
+    ("before", "step", "action_class"),
+    [
+        ((), (Rotate(angle=45),), "rotate"),
+        (DIAGONAL, (Flip(axis="x"),), "flip"),
+        (DIAGONAL, (Unfold(),), "unfold"),
+        ((), (Fold(edge=(1, 3), direction=1),), "fold"),
+        (DIAGONAL, (AddVertex(edge=(4, 2), position=0.5), Fold(edge=(5, 1), direction=-1)), "fold"),
+        (
+            DIAGONAL,
+            (AddVertex(edge=(4, 1), position=0.3), AddVertex(edge=(1, 2), position=0.7), Fold(edge=(5, 6), direction=-1)),
+            "fold",
+        ),
+    ],
+    ids=["rotate", "flip", "unfold", "diagonal", "half of a triangle", "strip of both layers"],
+)
+def test_each_class_of_transition_is_recovered_exactly(
+    before: tuple[Action, ...], step: tuple[Action, ...], action_class: str
+) -> None:
+    truth, plan = explained(before, step)
+    assert plan.action_class == action_class
+    assert exactness(truth, plan.paper).holds(0.005)
+    assert plan.agreement > 0.99
+
+
+@pytest.mark.parametrize("layers", ["top", "both"])
+def test_the_layers_that_moved_are_told_apart(layers: str) -> None:
+    edges = ((4, 3), (2, 3)) if layers == "top" else ((4, 1), (2, 1))
+    marks = tuple(AddVertex(edge=edge, position=0.6) for edge in edges)
+    truth, plan = explained(DIAGONAL, (*marks, Fold(edge=(5, 6), direction=1)))
+    assert len(truth.faces) == (3 if layers == "top" else 4)
+    assert exactness(truth, plan.paper).holds(0.01)
+
+
+def test_two_actions_in_one_keyframe_are_found() -> None:
+    first = (AddVertex(edge=(1, 2), position=0.3), AddVertex(edge=(1, 4), position=0.3), Fold(edge=(5, 6), direction=1))
+    second = (AddVertex(edge=(2, 3), position=0.6), AddVertex(edge=(3, 4), position=0.4), Fold(edge=(7, 8), direction=-1))
+    truth, plan = explained((), (*first, *second), CLEAN)
+    assert plan.action_class == "compound"
+    assert exactness(truth, plan.paper).holds(0.02)
+
+
+def test_what_a_hand_hides_does_not_count() -> None:
+    hidden = Spoiling(noise=0.01, hidden=(0.35, 0.75, 0.15))
+    truth, plan = explained(DIAGONAL, (AddVertex(edge=(4, 2), position=0.5), Fold(edge=(5, 1), direction=-1)), hidden)
+    assert exactness(truth, plan.paper).holds(0.01)
+
+
+def test_nothing_happened_is_an_answer() -> None:
+    lopsided = (*DIAGONAL, AddVertex(edge=(4, 1), position=0.4), AddVertex(edge=(4, 2), position=0.2))
+    _, plan = explained((*lopsided, Fold(edge=(5, 6), direction=1)), ())
+    assert plan.actions == ()
+
+
+def test_a_line_the_photo_cannot_tell_from_a_landmark_is_the_landmark() -> None:
+    _, plan = explained(DIAGONAL, (AddVertex(edge=(4, 2), position=0.4999), Fold(edge=(5, 1), direction=-1)))
+    assert {action.position for action in plan.actions if isinstance(action, AddVertex)} == {0.5}
+
+
+def test_the_sheet_is_located_where_it_drifted_to() -> None:
+    paper = replay(DIAGONAL)
+    motion = locate(paper, views(paper, DRIFTED).coarse)
+    for place in paper.positions.values():
+        expected = DRIFTED.motion(place)
+        assert motion(place) == pytest.approx(expected, abs=0.01)
+
+
+def test_the_cat_is_recovered_from_label_images_alone() -> None:
+    program = Program(steps=json.loads((SHARED / "programs/figure_d_cat_9_frames.json").read_text())["steps"])
+    truth, found, last = new_paper(), new_paper(), IDENTITY
+    for number, step in enumerate(program.steps):
+        for action in step:
+            truth = apply(truth, action)
+        best = explain(found, last, views(truth, Spoiling(degrees=0.5 * number - 2, noise=0.01), number))[0]
+        assert best.agreement > 0.99
+        found, last = best.paper, best.motion
+    assert exactness(truth, found).holds(0.02)
