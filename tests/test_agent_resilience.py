@@ -207,17 +207,21 @@ def test_a_selector_without_a_label_is_asked_again(tmp_path: Path) -> None:
     assert "exactly one of B1, B2, B3, B4, B5" in provider.received[-1]["messages"][-1]["content"]
 
 
-def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry(tmp_path: Path) -> None:
+def test_without_a_label_or_a_photo_that_can_be_compared_the_run_stops_and_can_be_resumed(
+    tmp_path: Path,
+) -> None:
     attempts = [
         turn
         for angle in (10, 20, 30, 40, 50)
         for turn in (act({"action": "rotate", "angle": angle}), restore(1))
     ]
     with OpenAI(save(1), *attempts, Says(), Says("None of them.")) as provider:
-        assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
-    (selected,) = events(tmp_path / "run", "selected")
-    assert selected["by"] == "geometric"
-    assert "named no label, twice" in selected["reason"]
+        stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
+    assert stopped.status == "stopped"
+    assert "No attempt at frame 2 can be compared with its photo" in stopped.reason
+    with OpenAI(Says("B2")) as provider:
+        assert resume(tmp_path / "run", api_base=provider.url).status == "complete"
+    assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 20.0}]]
 
 
 def server_processes(store: Path) -> list[int]:

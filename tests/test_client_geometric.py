@@ -62,9 +62,12 @@ def test_the_first_folds_of_the_cat_are_found_without_any_model(tmp_path: Path) 
     }
 
 
-def scripted(folder: Path, *replies: list[tuple[str, dict[str, Any]]]) -> str:
-    """A script of replies that call tools, as a model id."""
-    entries = [{"calls": [{"tool": tool, "arguments": given} for tool, given in reply]} for reply in replies]
+def scripted(folder: Path, *replies: list[tuple[str, dict[str, Any]]], selector: Sequence[str] = ()) -> str:
+    """A script of replies that call tools, and of what a selector says, as a model id."""
+    entries: list[dict[str, Any]] = [
+        {"calls": [{"tool": tool, "arguments": given} for tool, given in reply]} for reply in replies
+    ]
+    entries += [{"role": "selector", "text": text} for text in selector]
     (folder / "script.json").write_text(json.dumps(entries))
     return f"scripted:{folder / 'script.json'}"
 
@@ -89,6 +92,33 @@ def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_pat
     assert (selected["frame"], selected["attempt"], selected["by"]) == (2, 3, "geometric")
     (overview,) = events(tmp_path / "run", "overview")
     assert (overview["last_correct_frame"], overview["first_suspicious_frame"]) == (2, 3)
+    assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
+
+
+def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever_attempts_grew_from(tmp_path: Path) -> None:
+    fold = ("fold", {"edge": [4, 2], "direction": -1})
+    right = [("rotate", {"angle": 45.0}), ("save_checkpoint", {"frame": 2})]
+    wrong = [("rotate", {"angle": 20.0}), ("save_checkpoint", {"frame": 2})]
+    again = [[fold, ("restore_checkpoint", {"frame": 2})] for _ in range(4)]
+    model = scripted(
+        tmp_path,
+        [("save_checkpoint", {"frame": 1})],
+        right[:1],
+        right[1:],
+        [fold],
+        [("restore_checkpoint", {"frame": 1})],
+        wrong[:1],
+        wrong[1:],
+        *again,
+        selector=("The first, or none.", "None."),
+    )
+    sequence = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 4)
+    job = new_job(sequence, tmp_path / "run", Settings(model=model))
+    asyncio.run(reconstruct(job, Silent()))
+    (selected,) = events(tmp_path / "run", "selected")
+    assert (selected["frame"], selected["attempt"], selected["by"]) == (3, 1, "geometric")
+    assert "named no label, twice" in selected["reason"]
+    assert [action["action"] for step in program(tmp_path / "run") for action in step] == ["rotate", "fold"]
     assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
 
 

@@ -56,6 +56,8 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
         ("commit_attempt", {"frame": 2, "attempt": 1}, ["no attempt at frame 2"]),
         ("critic_grid", {"frame": 4}, ["Frame 3 has no checkpoint"]),
         ("compare_to_frame", {"frame": 99}, ["99", "4"]),
+        ("compare_to_frame", {"frame": 2, "attempt": 7}, ["no attempt at frame 2"]),
+        ("compare_to_frame", {"frame": 2, "attempt": 0}, ["attempt 0", "from 1"]),
         ("propose_actions", {"frame": 4}, ["frame 4", "frame 3 saved first"]),
         ("propose_actions", {"frame": 2, "count": 0}, ["count 0", "1 to 10"]),
         ("export_state", {"format": "zip"}, ['format "zip"', "obj"]),

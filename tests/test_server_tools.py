@@ -259,6 +259,20 @@ class TestVerification:
         assert other["discrepancies"]
         assert other["agreement"] < same.structured_content["agreement"]
 
+    async def test_an_attempt_is_compared_as_it_was_with_all_that_led_to_it(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path, PHOTOS) as host:
+            await host.call("open_run", sequence="sailboat")
+            await host.call("save_checkpoint", frame=1)
+            proposed = await host.call("propose_actions", frame=2, count=1)
+            for action in proposed["proposals"][0]["actions"]:
+                await host.call(action.pop("action"), **action)
+            now = await host.call("compare_to_frame", frame=2)
+            await host.call("restore_checkpoint", frame=1)
+            left = await host.call("compare_to_frame", frame=2)
+            attempt = await host.call("compare_to_frame", frame=2, attempt=1)
+        assert attempt == now
+        assert left != now
+
     async def test_a_proposal_can_be_applied_and_then_matches(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path, PHOTOS) as host:
             await host.call("open_run", sequence="sailboat")

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from folding_prompts import prompt
-from folding_schemas.results import AttemptList, FrameView
+from folding_schemas.results import AttemptList, Comparison, FrameView
 
-from folding_client.interrupts import ReplyUnreadable, ToolRefused
+from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
 from folding_client.messages import Picture, system, user
 from folding_client.reading import read_answer
-from folding_client.scratch import agreement_of, walk
 from folding_client.server import FoldingServer
 from folding_client.verdicts import read_label
 from folding_client.voice import Voice
@@ -35,28 +34,32 @@ class Selector(Protocol):
 
 
 class GeometricSelector:
-    """Chooses by carrying each attempt out on a scratch run and comparing it with the photo."""
+    """Chooses by comparing the state that each attempt came to, ancestors included, with the photo."""
 
     def __init__(self, server: FoldingServer) -> None:
         self._server = server
 
     async def choose(self, attempts: AttemptList, diagrams: tuple[Picture, ...]) -> Choice:  # noqa: ARG002
-        """The attempt whose state agrees best with the photo; the first of several that agree alike."""
-        info = await self._server.where()
-        async with self._server.another_run(info.sequence):
-            await walk(self._server, info.program.steps[: attempts.frame - 2])
-            found = [
-                (attempt, await agreement_of(self._server, attempts.frame, attempt.actions))
-                for attempt in attempts.attempts
-            ]
+        """The attempt whose state agrees best with the photo; the first of several that agree alike.
+
+        StepHopeless if none can be compared with the photo.
+        """
+        why = "there is none"
+        found = []
+        for attempt in attempts.attempts:
+            try:
+                found.append((attempt, await self._agreement(attempts.frame, attempt.attempt)))
+            except ToolRefused as refusal:
+                why = str(refusal)
         if not found:
-            message = f"There is no attempt at frame {attempts.frame} to choose from."
-            raise ToolRefused(message)
-        best, agreement = max(found, key=lambda pair: -1.0 if pair[1] is None else pair[1])
-        measured = (
-            "none of the attempts can be carried out" if agreement is None else f"agreement {agreement:.4f}"
-        )
-        return Choice(best.attempt, "geometric", f"{best.label}: {measured}")
+            message = f"No attempt at frame {attempts.frame} can be compared with its photo: {why}"
+            raise StepHopeless(message)
+        best, agreement = max(found, key=lambda pair: pair[1])
+        return Choice(best.attempt, "geometric", f"{best.label}: agreement {agreement:.4f}")
+
+    async def _agreement(self, frame: int, attempt: int) -> float:
+        comparison, _ = await self._server.ask(Comparison, "compare_to_frame", frame=frame, attempt=attempt)
+        return comparison.agreement
 
 
 class ModelSelector:

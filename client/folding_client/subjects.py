@@ -16,12 +16,13 @@ _CRITIC_GRID = (
 def subject_of(tool: str, arguments: Mapping[str, Any], index: int) -> str:
     """The subject of the picture at ``index`` in a tool's answer."""
     frame = arguments.get("frame")
+    of_attempt = f" of attempt {arguments['attempt']}" if arguments.get("attempt") else ""
     subjects = {
         "view_frame": f"photo of frame {frame}",
         "observe_movement": f"filmstrip up to frame {frame}",
         "render_current": "diagram of the current state",
         "list_attempts": f"diagram of attempt {index + 1}",
-        "compare_to_frame": f"overlay on the photo of frame {frame}",
+        "compare_to_frame": f"overlay{of_attempt} on the photo of frame {frame}",
         "generate_checkpoint_overview": "overview of the checkpoints",
     }
     if tool == "critic_grid" and isinstance(frame, int) and index < len(_CRITIC_GRID):

@@ -22,13 +22,13 @@ from folding_schemas.results import (
     StateView,
 )
 
+from folding_client.acting import carry_out
 from folding_client.critic import Critic, CriticCase, Judgement
 from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
 from folding_client.messages import Message, Picture, system, user
 from folding_client.messages import answered as spoken
 from folding_client.progress import Progress
 from folding_client.record.recorder import Recorder
-from folding_client.scratch import carry_out
 from folding_client.selector import Selector
 from folding_client.server import FoldingServer
 from folding_client.variants.plans import ActionPlan

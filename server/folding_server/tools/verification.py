@@ -4,9 +4,11 @@ from typing import Annotated
 
 from folding_schemas.results import Comparison, CriticGrid, Foldability
 from mcp.types import CallToolResult
+from pydantic import Field
 
 from folding_server.errors import RunError
 from folding_server.simulator import folded_state
+from folding_server.store.rules import find_attempt
 from folding_server.store.views import RunView
 from folding_server.tools import findings
 from folding_server.tools.answers import answer
@@ -15,6 +17,11 @@ from folding_server.tools.desk import Call, desk_of
 from folding_server.tools.pictures import diagram, photo_beside_others
 from folding_server.tools.progress import Progress
 from folding_server.tools.standing import checkpoint_at
+
+AttemptNumber = Annotated[
+    int | None,
+    Field(ge=1, description="the number of an attempt at the frame, from 1; left out, the current state"),
+]
 
 
 def critic_grid(call: Call, frame: LaterFrame, run_id: RunId = None) -> Annotated[CallToolResult, CriticGrid]:
@@ -48,16 +55,20 @@ def _check_grown_from(run: RunView, frame: int) -> None:
         )
 
 
-def compare_to_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotated[CallToolResult, Comparison]:
-    """Measure how well the current state explains a photo."""
+def compare_to_frame(
+    call: Call, frame: Frame, attempt: AttemptNumber = None, run_id: RunId = None
+) -> Annotated[CallToolResult, Comparison]:
+    """Measure how well the current state, or what an attempt at the frame came to, explains a photo."""
     from folding_server.frames.pictures import encode_for_model  # noqa: PLC0415
     from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
     from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
 
     desk = desk_of(call)
     run = desk.run(run_id)
-    photos, paper = desk.sequence(run), desk.paper(run)
+    photos = desk.sequence(run)
     photos.index(frame)
+    actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
+    paper = desk.papers.after(run.sheet, actions)
     progress = Progress(call, total=2)
     progress.step("finding the sheet in the photos")
     with desk.eyesight.on(photos) as eyes:
@@ -66,7 +77,8 @@ def compare_to_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotate
         match = compare(paper, seen)
         overlay = encode_for_model(draw_overlay(paper, seen, match))
     found = findings.comparison(frame, match)
-    return answer(_in_words(found), found, overlay)
+    said = _in_words(found)
+    return answer(said if attempt is None else f"Attempt {attempt}: {said}", found, overlay)
 
 
 def check_foldability(call: Call, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
