@@ -4,6 +4,7 @@ import asyncio
 import json
 import shutil
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,13 @@ from typing import Any
 import pytest
 from client_runs import events, program
 from folding_client.interrupts import StepHopeless
-from folding_client.messages import Message, Reply, ToolResult, answered, tool_answer, user
+from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
+from folding_client.models.evidence import Memory
 from folding_client.models.geometric import GeometricModel
 from folding_client.progress import Silent
-from folding_client.reconstruct import new_job, reconstruct
+from folding_client.reconstruct import new_job, reconstruct, resumed_job
+from folding_client.record.folder import RunFolder
+from folding_client.record.recorder import Recorder
 from folding_client.settings import Settings
 from folding_schemas.actions import Program, Rotate
 from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo
@@ -210,19 +214,35 @@ class World:
         return {}
 
 
-async def solve(world: World, model: GeometricModel, queries: int = 60) -> list[Angles]:
+async def solve(
+    world: World, model: GeometricModel, recorder: Recorder | None = None, queries: int = 60
+) -> list[Angles]:
     """Let a model work in a world until three frames are saved; a save starts a fresh context."""
     messages: list[Message] = [user("begin")]
     for _ in range(queries):
         reply: Reply = await model.query(messages, [])
-        messages.append(answered(reply))
         results = [(call, world.call(call.name, json.loads(call.arguments))) for call in reply.tool_calls]
+        if recorder is not None:
+            record(recorder, messages, reply, results)
+        messages.append(answered(reply))
         messages += [tool_answer(call, result) for call, result in results]
         if any(call.name == "save_checkpoint" for call, _ in results):
             messages = [user("next")]
             if len(world.steps) == 2:
                 return world.steps
     raise AssertionError("not solved")
+
+
+def record(
+    recorder: Recorder, messages: list[Message], reply: Reply, results: list[tuple[ToolCall, ToolResult]]
+) -> None:
+    """Write a query down as the loop does."""
+    said = [index for index, message in enumerate(messages) if message.role == "assistant"]
+    recorder.request("agent", messages, said[-1] if said else 0)
+    recorder.reply("agent", reply, 0)
+    for call, result in results:
+        recorder.call("agent", call, call.name, json.loads(call.arguments))
+        recorder.result("agent", call.name, result, 0)
 
 
 def saved(
@@ -256,6 +276,61 @@ def test_a_later_frame_that_contradicts_sends_the_search_back_to_a_rival() -> No
     )
     assert steps == [(20,), (30,)]
     assert world.used == {2: 2, 3: 2}
+
+
+SENT_BACK = World(
+    {2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
+    {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (20, 30)): 0.6},
+)
+
+
+def recorded(folder: Path) -> tuple[GeometricModel, list[dict[str, Any]]]:
+    """A model after a run in which it went back and forth, and the run's events."""
+    run = RunFolder(folder)
+    run.create()
+    recorder, model = Recorder(run, {}), GeometricModel()
+    asyncio.run(solve(deepcopy(SENT_BACK), model, recorder))
+    recorder.close()
+    return model, events(folder)
+
+
+def test_a_model_that_relives_its_run_remembers_what_it_knew(tmp_path: Path) -> None:
+    model, happened = recorded(tmp_path / "run")
+    again = GeometricModel()
+    assert again.relive(happened)
+    assert again.memory == model.memory
+    assert again.memory.retreats == {3: 1}
+    assert len(again.memory.trials) == len(model.memory.trials) > 3
+
+
+def test_a_run_can_be_relived_from_wherever_it_was_cut_off(tmp_path: Path) -> None:
+    model, happened = recorded(tmp_path / "run")
+    for length in range(len(happened)):
+        again = GeometricModel()
+        assert again.relive(happened[:length])
+        assert model.memory.trials[: len(again.memory.trials)] == again.memory.trials
+
+
+def test_a_run_that_the_model_would_not_have_made_is_not_taken_for_its_own(tmp_path: Path) -> None:
+    _, happened = recorded(tmp_path / "run")
+    for event in happened:
+        if event["kind"] == "reply" and event["calls"][0]["name"] == "propose_actions":
+            event["calls"][0]["arguments"] = '{"frame": 2, "count": 99}'
+    model = GeometricModel()
+    assert not model.relive(happened)
+    assert model.memory == Memory()
+
+
+def test_a_resumed_run_does_not_ask_for_the_same_proposals_again(tmp_path: Path) -> None:
+    sequence = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 2)
+    job = new_job(sequence, tmp_path / "run", Settings(max_queries=5))
+    assert asyncio.run(reconstruct(job, Silent())).status == "stopped"
+    job = resumed_job(tmp_path / "run", None, Settings(max_queries=300))
+    assert asyncio.run(reconstruct(job, Silent())).status == "complete"
+    asked = [event["name"] for event in events(tmp_path / "run", "call") if event["by"] == "agent"]
+    assert asked.count("propose_actions") == 1
+    assert asked.count("save_checkpoint") == 2
+    assert not events(tmp_path / "run", "memory_lost")
 
 
 def test_if_the_rival_explains_less_the_search_returns_to_the_better_path() -> None:

@@ -50,7 +50,8 @@ def _made(spec: str, role: Role, settings: Settings, recorder: Recorder) -> Mode
         recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
     model = make_model(spec, role, settings, note)
-    continued(model, role, read_events(recorder.folder.events))
+    if not continued(model, role, read_events(recorder.folder.events)):
+        recorder.event("memory_lost", role=role, reason="another version of the model made this record")
     return model
 
 

@@ -28,12 +28,21 @@ def make_model(spec: str, role: str, settings: Settings, note: Callable[[str, fl
     raise UsageError(message)
 
 
-def continued(model: Model, role: str, events: Iterable[Event]) -> None:
-    """Put a scripted model where it stood when the last step of a recorded run began."""
-    if not isinstance(model, ScriptedModel):
-        return
-    replies = 0
+def continued(model: Model, role: str, events: Iterable[Event]) -> bool:
+    """Put a model that has a memory where it stood in a recorded run: a scripted one where the last step
+    began, a geometric one with all that it has tried. False if it cannot be, since the record is not its own.
+    """
+    if isinstance(model, GeometricModel):
+        return model.relive(events)
+    if isinstance(model, ScriptedModel):
+        model.position = _replies_before_the_last_step(role, events)
+    return True
+
+
+def _replies_before_the_last_step(role: str, events: Iterable[Event]) -> int:
+    replies = before = 0
     for event in events:
         if event["kind"] == "step_started":
-            model.position = replies
+            before = replies
         replies += event["kind"] == "reply" and event["role"] == role
+    return before

@@ -8,7 +8,7 @@ stays within the budget of attempts; when that is spent, the loop lets the selec
 """
 
 import json
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from folding_schemas.results import Comparison, Proposals, RunInfo
@@ -17,6 +17,8 @@ from pydantic import ValidationError
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec
 from folding_client.models.evidence import Actions, Memory, Trial, common_length, lineage_of
+from folding_client.models.reliving import recorded_queries
+from folding_client.record.events import Event
 
 Calls = list[tuple[str, dict[str, object]]]
 Step = Generator[Calls, list[Message], None]
@@ -34,21 +36,43 @@ class GeometricModel:
 
     name: str = "geometric"
     consults: bool = False
-    _memory: Memory = field(default_factory=Memory)
+    memory: Memory = field(default_factory=Memory)
     _step: Step | None = None
     _asked: int = 0
     _trouble: str = ""
 
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
         """The next calls, given the results of the last ones; a context without a reply begins a step."""
-        if self._step is None or not any(message.role == "assistant" for message in messages):
-            self._step = self._work()
-            return self._reply(next(self._step))
+        begun = any(message.role == "assistant" for message in messages)
+        return self._answer(_last_results(messages) if begun else None)
+
+    def relive(self, events: Iterable[Event]) -> bool:
+        """Go through a recorded run again, so as to know what was tried in it; False, with an empty memory,
+        if the run is one that this model would not have made.
+        """
+        for query in recorded_queries(events):
+            try:
+                reply = self._answer(query.results)
+            except StepHopeless:
+                continue
+            if query.calls not in (None, [(call.name, call.arguments) for call in reply.tool_calls]):
+                self.memory, self._step = Memory(), None
+                return False
+        return True
+
+    def _answer(self, results: list[Message] | None) -> Reply:
+        """The next reply, given the results of the last calls, None at the beginning of a step."""
         try:
-            return self._reply(self._step.send(_last_results(messages)))
+            if self._step is None or results is None:
+                self._step = self._work()
+                return self._reply(next(self._step))
+            return self._reply(self._step.send(results))
         except StopIteration:
             self._step = None
             return Reply("The frame could not be saved; starting on it again.")
+        except StepHopeless:
+            self._step = None
+            raise
 
     def _reply(self, calls: Calls) -> Reply:
         self._asked += 1
@@ -68,7 +92,7 @@ class GeometricModel:
             return
         if info.pending:
             yield _restore(frame - 1)
-        if (planned := self._memory.planned(frame, lineage_of(info, frame))) is not None:
+        if (planned := self.memory.planned(frame, lineage_of(info, frame))) is not None:
             trial = yield from self._try(info, planned)
             if trial.agreement >= 0:
                 yield _save(trial)
@@ -79,7 +103,7 @@ class GeometricModel:
     def _explain(self, info: RunInfo) -> Step:
         """Try proposals until one matches the photo; save it, or see what else can be done."""
         frame = info.next_frame or 0
-        tries = 1 if self._memory.visited(frame) else FIRST_TRIES
+        tries = 1 if self.memory.visited(frame) else FIRST_TRIES
         candidates = yield from self._candidates(info)
         last: Trial | None = None
         for actions in candidates[: max(0, min(tries, info.budget - info.attempts.get(frame, 0)))]:
@@ -93,12 +117,12 @@ class GeometricModel:
 
     def _unmatched(self, info: RunInfo, last: Trial | None) -> Step:
         """Nothing matches: blame an earlier frame if it has a rival explanation, else settle for the best."""
-        if retreat := self._memory.retreat(info):
-            self._memory.plan = {retreat.frame: (retreat.lineage, retreat.actions)}
+        if retreat := self.memory.retreat(info):
+            self.memory.plan = {retreat.frame: (retreat.lineage, retreat.actions)}
             yield _restore(retreat.frame - 1)
             yield from self._work()
             return
-        best = self._memory.best(info.next_frame or 0)
+        best = self.memory.best(info.next_frame or 0)
         if best is None:
             message = (
                 f"Nothing that the server proposes for frame {info.next_frame} can be done and compared"
@@ -110,7 +134,7 @@ class GeometricModel:
             return
         shared = common_length(best.lineage, lineage_of(info, best.frame))
         steps = (*best.lineage, best.actions)
-        self._memory.plan = {index + 2: (steps[:index], steps[index]) for index in range(shared, len(steps))}
+        self.memory.plan = {index + 2: (steps[:index], steps[index]) for index in range(shared, len(steps))}
         yield _restore(shared + 1)
         yield from self._work()
 
@@ -118,16 +142,16 @@ class GeometricModel:
         """What can still be tried for the next frame, best first."""
         frame = info.next_frame or 0
         key = (frame, lineage_of(info, frame))
-        if key not in self._memory.proposals:
+        if key not in self.memory.proposals:
             (answer,) = yield [("propose_actions", {"frame": frame, "count": PROPOSALS})]
             if answer.is_error:
                 message = f"The server proposes nothing for frame {frame}: {answer.text}"
                 raise StepHopeless(message)
-            self._memory.proposals[key] = tuple(Proposals.model_validate(answer.structured).proposals)
-        best = max((proposal.agreement for proposal in self._memory.proposals[key]), default=0.0)
+            self.memory.proposals[key] = tuple(Proposals.model_validate(answer.structured).proposals)
+        best = max((proposal.agreement for proposal in self.memory.proposals[key]), default=0.0)
         return [
             tuple(proposal.actions)
-            for proposal in self._memory.untried(*key)
+            for proposal in self.memory.untried(*key)
             if proposal.agreement >= best - PLAUSIBLE
         ]
 
@@ -147,7 +171,7 @@ class GeometricModel:
             matches = yield from self._critic_agrees(frame, actions)
         agreement = -1.0 if comparison is None else comparison.agreement
         trial = Trial(frame, lineage_of(info, frame), actions, agreement, matches)
-        self._memory.trials.append(trial)
+        self.memory.trials.append(trial)
         return trial
 
     def _critic_agrees(self, frame: int, actions: Actions) -> Generator[Calls, list[Message], bool]:
