@@ -52,7 +52,8 @@ def _line_near_the_middle(stack: list[Layer], random: Random) -> Line:
 
 def _folded(stack: list[Layer], line: Line) -> list[Layer]:
     """The stack bottom to top after everything on the side of the normal is folded over."""
-    stays, turns = [], []
+    stays: list[Layer] = []
+    turns: list[Layer] = []
     for outline, motion in stack:
         back, lying = motion.inverse(), [motion(p) for p in outline]
         for side, to, moved in ((line, turns, mirror(line).after(motion)),

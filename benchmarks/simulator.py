@@ -103,7 +103,8 @@ def plain_fold(stack: list[Polygon], middle: float, *, wide: bool) -> list[Polyg
     """Split every polygon at a line with shapely, and mirror the parts beyond it."""
     cutter = box(middle, -9, 9, 9).boundary if wide else box(-9, middle, 9, 9).boundary
     mirror = [-1, 0, 0, 1, 2 * middle, 0] if wide else [1, 0, 0, -1, 0, 2 * middle]
-    stays, turns = [], []
+    stays: list[Polygon] = []
+    turns: list[Polygon] = []
     for polygon in stack:
         for part in split(polygon, cutter).geoms:
             beyond = (part.centroid.x if wide else part.centroid.y) > middle

@@ -108,6 +108,7 @@ def named_places(paper: Paper, action: Action) -> tuple[Point, ...]:
 
 def shortest(run: Run) -> list[Action]:
     """A program that fails in the same way with no action to spare."""
+    assert run.failure, "only a run that failed can be shortened"
     kept = list(zip(run.actions, run.places, strict=True))
     best, smaller = run.actions, True
     while smaller:
@@ -160,7 +161,9 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="index of the first program")
     parser.add_argument("--show", type=int, default=4, help="failing programs of each kind to shorten and print")
     options = parser.parse_args()
-    started, failures, count, failing = time.perf_counter(), Counter(), Counter(), []
+    started, failing = time.perf_counter(), []
+    failures: Counter[str] = Counter()
+    count: Counter[str] = Counter()
     for index, run in sweep(options.programs, options.folds, options.seed, options.jobs, options.first):
         count.update(programs=1, actions=len(run.actions), refused=run.refused, faces=run.faces)
         if run.failure:
