@@ -21,7 +21,8 @@ from folding_server.simulator import Paper, add_vertex, apply, fold, folded_stat
 from folding_server.simulator.plane_geometry import Point
 from pydantic import TypeAdapter
 from shapely.affinity import affine_transform
-from shapely.geometry import Polygon, box
+from shapely.geometry import box
+from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
 RECORDED = Path(__file__).resolve().parents[2] / "shared" / "programs" / "recorded"
@@ -90,7 +91,7 @@ def vertex_at(paper: Paper, face: int, target: Point) -> tuple[Paper, int]:
 
 def plain_halvings(folds: int) -> Iterator[tuple[int, float]]:
     """The same cuts on bare shapely polygons, without ids, creases or layers."""
-    stack: list[Polygon] = [box(0, 0, 1, 1)]
+    stack: list[BaseGeometry] = [box(0, 0, 1, 1)]
     for _ in range(folds):
         left, low, right, high = stack[0].bounds
         wide = right - left >= high - low - 1e-9
@@ -99,12 +100,12 @@ def plain_halvings(folds: int) -> Iterator[tuple[int, float]]:
         yield len(stack), perf_counter() - start
 
 
-def plain_fold(stack: list[Polygon], middle: float, *, wide: bool) -> list[Polygon]:
+def plain_fold(stack: list[BaseGeometry], middle: float, *, wide: bool) -> list[BaseGeometry]:
     """Split every polygon at a line with shapely, and mirror the parts beyond it."""
     cutter = box(middle, -9, 9, 9).boundary if wide else box(-9, middle, 9, 9).boundary
     mirror = [-1, 0, 0, 1, 2 * middle, 0] if wide else [1, 0, 0, -1, 0, 2 * middle]
-    stays: list[Polygon] = []
-    turns: list[Polygon] = []
+    stays: list[BaseGeometry] = []
+    turns: list[BaseGeometry] = []
     for polygon in stack:
         for part in split(polygon, cutter).geoms:
             beyond = (part.centroid.x if wide else part.centroid.y) > middle
