@@ -22,6 +22,7 @@ from folding_server.vision.solver.lines import (
     all_lines,
     angle_between,
     as_line,
+    best_supported,
     both_ways,
     distinct_points,
     edge_directions,
@@ -40,9 +41,9 @@ class Effort:
     A simpler line is taken if it explains at most ``snap`` less, and ``snap_noise`` of what no line explains.
     """
 
-    degrees: float = 6.0
-    spacing: float = 0.04
-    most_lines: int = 400
+    degrees: float = 4.0
+    spacing: float = 0.02
+    most_lines: int = 240
     refined: int = 10
     polished: int = 4
     share: float = 0.8
@@ -94,6 +95,7 @@ class FoldSearch:
         self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
         self.leaves = Leaves(paper)
         self.landmarks = both_ways(landmark_lines(paper))
+        self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
 
     def run(self) -> list[FoldFound]:
@@ -117,12 +119,11 @@ class FoldSearch:
 
     def _plausible(self, change: Evidence) -> Lines:
         """Landmarks and grid lines that could explain the change, at most ``most_lines`` of each."""
-        grid = both_ways(all_lines(self.paper, self.effort.degrees, self.effort.spacing))
-        kept = []
-        for lines in (self.landmarks, grid):
-            passed = lines[change.agrees(lines, self.effort.share)]
-            step = max(1, len(passed) // self.effort.most_lines)
-            kept.append(passed[::step])
+        effort = self.effort
+        kept = [
+            best_supported(lines, change.support(lines), effort.share, effort.most_lines)
+            for lines in (self.landmarks, self.grid)
+        ]
         return np.concatenate(kept)
 
     def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:

@@ -45,14 +45,16 @@ class Leaves:
     def moving_sets(self, line: Line) -> Iterator[MovingSet]:
         """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces."""
         reach = {f: _extent(self.outlines[f], line) for f in self.paper.order}
-        seen: set[int] = set()
+        seen: set[frozenset[int]] = set()
         for seed in reversed(self.paper.order):
             low, high = reach[seed]
-            if seed in seen or high <= NEAR or low > NEAR:
+            if high <= NEAR or low > NEAR:
                 continue
             faces = self._closure(seed, line, reach)
-            seen |= faces
-            if any(reach[f][0] < -NEAR for f in faces) or len(faces) < len(self.paper.faces):
+            if faces in seen:
+                continue
+            seen.add(faces)
+            if len(faces) < len(self.paper.faces) or any(reach[f][0] < -NEAR for f in faces):
                 yield MovingSet(line, seed, faces)
 
     def moving_from(self, line: Line, seed: int) -> MovingSet | None:

@@ -112,6 +112,22 @@ def both_ways(lines: Lines) -> Lines:
     return np.concatenate([lines, -lines])
 
 
+def best_supported(lines: Lines, support: Floats, least: float, most: int) -> Lines:
+    """At most ``most`` lines with at least some support, the best supported first, evenly spread among equals."""
+    chosen: list[npt.NDArray[np.int64]] = []
+    room = most
+    level = np.round(support * 10)
+    for value in sorted(set(level[support >= least].tolist()), reverse=True):
+        equals = np.nonzero((level == value) & (support >= least))[0]
+        if len(equals) > room:
+            equals = equals[np.linspace(0, len(equals) - 1, room).astype(int)]
+        chosen.append(equals)
+        room -= len(equals)
+        if room <= 0:
+            break
+    return lines[np.concatenate(chosen)] if chosen else lines[:0]
+
+
 def as_line(row: npt.NDArray[np.float64]) -> Line:
     """One row of a (n, 3) array as a line."""
     nx, ny, offset = row.tolist()
@@ -138,19 +154,18 @@ class Evidence:
     scene: Scene
     motion: Isometry
 
-    def agrees(self, lines: Lines, share: float = 0.8) -> Mask:
-        """Which lines (n, 3) could explain the change, (n,).
+    def support(self, lines: Lines) -> Floats:
+        """How well each line (n, 3) could explain the change, (n,) from 0 to 1.
 
         What is gone must lie on the moving side and land on paper; what came must be the image of paper; what turned
-        must lie on the moving side or be the image of paper.
+        must lie on the moving side or be the image of paper. The least of the three shares counts.
         """
-        possible = np.ones(len(lines), np.bool_)
+        least = np.ones(len(lines))
         for points, rule in ((self.gone, self._gone), (self.came, self._came), (self.turned, self._turned)):
             if len(points) >= _ENOUGH:
-                where = np.nonzero(possible)[0]
-                for part in np.array_split(where, max(1, len(where) // 500)):
-                    possible[part] = rule(lines[part], points).mean(axis=1) >= share
-        return possible
+                parts = np.array_split(lines, max(1, len(lines) // 500))
+                least = np.minimum(least, np.concatenate([rule(part, points).mean(axis=1) for part in parts]))
+        return least
 
     def _gone(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
         side, images = _mirrored(lines, points)

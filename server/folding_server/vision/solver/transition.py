@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import dist, log
 
 from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
 from folding_server.vision.solver.alignment import Freedom, align, scale_of
 from folding_server.vision.solver.drift import HANDHELD, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
@@ -25,6 +25,8 @@ STANDS_OUT = 0.01
 """How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
+SAME_DRIFT = 0.008
+"""Motions that differ by less (sheet units) are tried once."""
 VISIBLE = 0.003
 """How much better than nothing a fold or unfold must look to count as seen."""
 STILL = 8.0
@@ -107,7 +109,17 @@ def _compound_plans(
 def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
     """Motions under which what has not moved may be found: the last, and those with the most edges in common."""
     stack = stack_of(paper)
-    return [last, *drifts(stack, views.coarse, last)]
+    kept = [last]
+    for motion in drifts(stack, views.coarse, last):
+        if all(_apart(motion, other, stack.center) > SAME_DRIFT for other in kept):
+            kept.append(motion)
+    return kept
+
+
+def _apart(first: Isometry, second: Isometry, center: Point) -> float:
+    """How far apart two motions put the middle of the paper and points half a sheet beside it, at most."""
+    x, y = center
+    return max(dist(first(p), second(p)) for p in (center, (x + 0.5, y), (x, y + 0.5)))
 
 
 def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
