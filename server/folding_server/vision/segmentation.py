@@ -32,6 +32,10 @@ SMALLEST_UNKNOWN = 0.004
 """Area, in sheet units squared, of the smallest object that may be in the way."""
 SMALLEST_REGION = 0.0012
 """Area, in sheet units squared, of the smallest region that is believed."""
+THINNEST_SLEEVE = 0.05
+"""Width, in sheet units, below which paper colour that reaches in from the edge of the photo is no arm."""
+SMALLEST_SHEET = 0.05
+"""Area, in sheet units squared, of the least paper that is certainly the sheet."""
 SMOOTHING = 3.5
 """How strongly neighbours pull towards the same class."""
 
@@ -66,6 +70,7 @@ def segment(rgb: Picture, seen: Bools, grid: Grid, palette: Palette) -> Segmente
     unknown = unexplained(lab, costs, rgb, seen, grid, tuned) | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
+    unknown |= _sleeves(np.asarray(is_paper(labels) & ~unknown), unknown, seen, grid)
     labels = _without_specks(labels, unknown, grid)
     labels, stray = _one_sheet(labels, unknown, grid)
     return Segmented(_sharpen(labels, unknown | stray, rgb), unknown | stray)
@@ -82,11 +87,11 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
     coarse_lab, coarse_seen = np.ascontiguousarray(lab[::step, ::step]), seen[::step, ::step]
     x, y = np.meshgrid(*(axis[::step] for axis in coordinates(grid)))
     tuned = palette
-    for _ in range(2):
+    for limit in (ODD_LIGHT, SHADOW_FREE):
         costs = np.stack([_sampled_cost(look, coarse_lab, x, y) for look in tuned.looks], axis=-1)
         nearest, least = costs.argmin(axis=-1), costs.min(axis=-1)
-        sure = coarse_seen & (least < SHADOW_FREE)
-        sure &= (nearest == 0) | ~touching_edge(nearest > 0, coarse_seen)
+        sure = coarse_seen & (least < limit)
+        sure &= (nearest == 0) | ~touching_edge(sure & (nearest > 0), coarse_seen)
         looks = [
             _tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k))
             for k in range(costs.shape[-1])
@@ -97,6 +102,8 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
 
 SHADOW_FREE = 4.0
 """Cost below which a pixel shows its class in plain light."""
+ODD_LIGHT = 12.0
+"""The same before it is known how the light has changed."""
 FARTHEST_SHIFT = 12.0
 """How far, in Lab, light may move a side's colour between photos."""
 
@@ -150,7 +157,8 @@ def unexplained(lab: Image, costs: Image, rgb: Picture, seen: Bools, grid: Grid,
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     like_paper = costs.argmin(axis=-1) > 0
     plain = np.minimum.reduce([look.cost(lab, grid, shadows=False) for look in palette.looks[1:]])
-    doubtful = like_paper & (cv2.blur(plain.clip(0, 60), (5, 5)) > DOUBTFUL)
+    plain = cv2.blur(plain.clip(0, 60), (5, 5))
+    doubtful = like_paper & (plain > DOUBTFUL)
     arms = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
     odd |= doubtful & touching_edge(np.asarray(arms), seen)
     solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel)
@@ -159,6 +167,22 @@ def unexplained(lab: Image, costs: Image, rgb: Picture, seen: Bools, grid: Grid,
     large = stats[:, cv2.CC_STAT_AREA] >= SMALLEST_UNKNOWN * grid.pixels_per_unit**2
     large[0] = False
     return np.asarray(cv2.dilate(large[numbered].astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
+
+
+def _sleeves(paper: Bools, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
+    """Sleeves of the paper's colour, which reach in from the edge of the photo, and thin shadows beside arms.
+
+    None if there would be no sheet left.
+    """
+    width = max(3, round(THINNEST_SLEEVE * grid.pixels_per_unit)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    thick = cv2.morphologyEx(paper.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+    reaching = touching_edge(thick, seen)
+    if (thick & ~reaching).sum() < SMALLEST_SHEET * grid.pixels_per_unit**2:
+        return np.zeros(paper.shape, bool)
+    around = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
+    thin = paper & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
+    return np.asarray(reaching | thin)
 
 
 def _smooth(costs: Image) -> Image:
