@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from folding_server.simulator import add_vertex, fold, rotate
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.plane_geometry import Isometry, turn
-from folding_server.vision.agreement import Target, agreement
-from folding_server.vision.alignment import align_paper
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
+from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
-from folding_server.vision.grid import grid_over
+from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
 from folding_server.vision.overlay import draw_overlay
 from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import SeenFrame, see_sequence
+from folding_server.vision.solver.scene import Scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from vision_scenes import Look, PhotoList, paint
@@ -48,31 +48,43 @@ def similarity(dx: float, dy: float, clockwise: float, scale: float = 1.0) -> Is
     )
 
 
+def shown(paper: Paper, motion: Isometry = IDENTITY) -> Scene:
+    """A perfect label image."""
+    return Scene(GRID, draw_paper(paper, GRID, motion))
+
+
 def test_agreement_is_one_for_the_truth_and_falls_with_the_error() -> None:
-    target = Target(draw_paper(folded(), GRID), GRID)
-    values = [agreement(draw_paper(folded(p), GRID), target) for p in (0.4, 0.45, 0.55)]
+    values = [align_paper(folded(p), shown(folded())).agreement for p in (0.4, 0.45, 0.55)]
     assert values[0] == 1.0
     assert values[0] > values[1] > values[2] > 0.5
 
 
 def test_unknown_pixels_never_count_against_a_state() -> None:
-    labels = draw_paper(folded(), GRID)
-    labels[90:140, 90:140] = UNKNOWN
-    assert agreement(draw_paper(folded(), GRID), Target(labels, GRID)) == 1.0
-    everything = np.full_like(labels, UNKNOWN)
-    assert agreement(draw_paper(folded(), GRID), Target(everything, GRID)) == 0.0
+    seen = shown(folded())
+    seen.labels[90:140, 90:140] = UNKNOWN
+    assert align_paper(folded(), Scene(GRID, seen.labels)).agreement == 1.0
+    everything = np.full_like(seen.labels, UNKNOWN)
+    assert align_paper(folded(), Scene(GRID, everything)).agreement == 0.0
 
 
 def test_sides_that_look_alike_are_compared_as_paper_alone() -> None:
-    target = Target(as_one_colour(draw_paper(folded(), GRID)), GRID, two_coloured=False)
-    assert agreement(draw_paper(folded(), GRID), target) == 1.0
+    seen = Scene(GRID, as_one_colour(draw_paper(folded(), GRID)), two_coloured=False)
+    assert align_paper(folded(), seen).agreement == 1.0
+
+
+def test_a_coarser_view_has_the_most_frequent_class_of_nine_pixels() -> None:
+    labels = np.zeros((6, 7), np.uint8)
+    labels[:3, :2], labels[3:, 3:5] = FRONT, UNKNOWN
+    coarse = coarser(Scene(Grid(0.0, 1.0, 6.0, 6, 7), labels))
+    assert coarse.labels.tolist() == [[FRONT, 0], [0, UNKNOWN]]
+    assert coarse.grid.pixels_per_unit == 2.0
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-0.15, 0.15), st.floats(-0.15, 0.15), st.floats(-10, 10))
 def test_a_drifted_sheet_is_found_again(dx: float, dy: float, clockwise: float) -> None:
     motion = similarity(dx, dy, clockwise)
-    found = align_paper(folded(), Target(draw_paper(folded(), GRID, motion), GRID))
+    found = align_paper(folded(), shown(folded(), motion))
     assert found.agreement > 0.985
     for corner in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0)]:
         (x, y), (u, v) = found.motion(corner), motion(corner)
@@ -80,13 +92,29 @@ def test_a_drifted_sheet_is_found_again(dx: float, dy: float, clockwise: float) 
     assert found.shift[2] == pytest.approx(clockwise, abs=1.5)
 
 
-@pytest.mark.parametrize("scale", [0.88, 1.1])
+@pytest.mark.parametrize("scale", [0.82, 0.88, 1.1, 1.22])
 def test_a_hand_held_camera_changes_the_scale(scale: float) -> None:
-    seen = Target(draw_paper(folded(), GRID, similarity(0.03, 0.02, 3.0, scale)), GRID)
-    found = align_paper(folded(), seen, (0.85, 1.15))
+    seen = shown(folded(), similarity(0.03, 0.02, 3.0, scale))
+    found = align_paper(folded(), seen, (0.8, 1.25))
     assert found.scale == pytest.approx(scale, abs=0.01)
     assert found.agreement > 0.985
     assert align_paper(folded(), seen).agreement < 0.95
+
+
+@pytest.mark.parametrize("scale", [0.985, 1.015])
+def test_a_sheet_a_little_higher_is_a_little_larger_under_a_camera_that_stands_still(scale: float) -> None:
+    found = align_paper(folded(), shown(folded(), similarity(0.01, 0.0, 1.0, scale)))
+    assert found.scale == pytest.approx(scale, abs=0.004)
+    assert found.agreement > 0.99
+
+
+@given(st.floats(0.7, 1.4), st.floats(-40, 40), st.floats(-0.6, 0.6))
+@settings(max_examples=15, deadline=None)
+def test_no_motion_found_is_larger_than_allowed(scale: float, clockwise: float, dx: float) -> None:
+    found = align_paper(folded(), shown(folded(), similarity(dx, 0.0, clockwise, scale)))
+    assert 0.98 - 1e-3 < found.scale < 1.02 + 1e-3
+    assert abs(found.shift[2]) <= 12.0
+    assert hypot(*found.shift[:2]) <= 0.3 + 1e-9
 
 
 def test_the_truth_matches_and_says_nothing() -> None:

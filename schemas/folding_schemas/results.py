@@ -190,8 +190,11 @@ class Comparison(Wire):
     """Answer of ``compare_to_frame``: how well the current state explains a photo.
 
     ``iou`` is intersection over union by class (front, back, paper) after the best small rigid motion;
-    ``agreement`` the share of pixels in and around the paper whose class agrees; ``shift`` that motion as
-    (dx, dy in sheet units, degrees clockwise). Distances are in sheet units.
+    ``agreement`` the share of the pixels showing paper, in the photo or the diagram, whose class agrees;
+    ``shift`` that motion as (dx, dy in sheet units, degrees clockwise). ``outline_distance`` is the mean distance
+    of the silhouettes, ``outline_worst`` its 95 % quantile, in sheet units. ``lines`` says how well the state
+    explains the creases and layer edges that the photo shows inside the paper: 1 all, 0 none seen or no better
+    than chance, below 0 worse. The last two are None in answers recorded before they were measured.
     """
 
     frame: int
@@ -201,6 +204,8 @@ class Comparison(Wire):
     outline_distance: float
     shift: tuple[float, float, float]
     discrepancies: list[str]
+    outline_worst: float | None = None
+    lines: float | None = Field(default=None, ge=-1, le=1)
 
 
 class Proposal(Wire):

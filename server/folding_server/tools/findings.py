@@ -23,6 +23,8 @@ def comparison(frame: int, match: "Match") -> Comparison:
         outline_distance=round(match.outline_distance, 4),
         shift=(round(dx, 4), round(dy, 4), round(turn, 2)),
         discrepancies=match.words,
+        outline_worst=round(match.outline_worst, 4),
+        lines=round(match.lines, 4),
     )
 
 

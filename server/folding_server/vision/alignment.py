@@ -1,30 +1,35 @@
 """The best small motion from a predicted paper to a photo's: sheets drift, and cameras are hand-held."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import cos, degrees, exp, hypot, log, radians, sin
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from math import hypot, inf, log, sqrt
 
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point, Polygon, area
-from folding_server.vision.agreement import Target, agreement, wrong_pixels
-from folding_server.vision.raster import draw_labels
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
+from folding_server.vision.solver.alignment import SCALES, Vector, climb, nudged, polished, scale_of
+from folding_server.vision.solver.scene import Scene, Stack, stack_of
 
 FARTHEST = 0.3
 """Sheet units that the paper may have drifted."""
 LARGEST_TURN = 12.0
 """Degrees that it may have turned."""
-SCALES = (0.85, 1.15)
-"""How far a hand-held camera may have moved away or closer."""
+HEIGHT = 1.02
+"""Even under a camera that stands still thick paper looks larger, for it reaches up to the lens."""
 FIXED = (1.0, 1.0)
+TURNS = (0.0, -3.0, 3.0, -6.0, 6.0, -9.0, 9.0)
+"""Degrees at which the search starts."""
 
-_SCALE_PRICE = 0.15
-_SHIFT_PRICE = 0.01
-
-Parameters = tuple[float, float, float, float]
-"""dx, dy in sheet units, turn in radians counter-clockwise, logarithm of the scale; about the centre."""
-STILL: Parameters = (0.0, 0.0, 0.0, 0.0)
+_COARSER = 3
+_STARTS = 3
+_ROUNDING = 1e-9
+_CLOSE = (0.01, 0.01, 1.0, 0.02)
+_SHIFT_PRICE, _TURN_PRICE, _SCALE_PRICE = 0.01, 0.00005, 0.02
+"""What motion costs in agreement, per sheet unit, degree and unit of the scale's logarithm: it settles ties."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,8 @@ class Alignment:
     """``motion`` takes the predicted paper to where the photo has it.
 
     ``shift`` is (dx, dy in sheet units, degrees clockwise) about the predicted paper's ``centre``;
-    ``agreement`` is what :func:`folding_server.vision.agreement.agreement` gives after the motion.
+    ``agreement`` is what :meth:`folding_server.vision.solver.scene.Scene.agreement_of` gives after the
+    motion, 0 if the photo shows none of the places where the paper should be.
     """
 
     motion: Isometry
@@ -42,110 +48,109 @@ class Alignment:
     centre: Point
 
 
-def align_paper(paper: Paper, target: Target, scales: tuple[float, float] = FIXED) -> Alignment:
-    """:func:`align` for a folded sheet."""
-    order = paper.order
-    return align([paper.polygon(f) for f in order], [paper.back_up(f) for f in order], target, scales)
+def align_paper(paper: Paper, scene: Scene, scales: tuple[float, float] = FIXED) -> Alignment:
+    """The best small motion between a folded sheet and a photo; deterministic.
 
-
-def align(
-    polygons: Sequence[Polygon], backs: Sequence[bool], target: Target, scales: tuple[float, float] = FIXED
-) -> Alignment:
-    """The best small motion between folded faces, bottom to top, and a photo.
-
-    Scales are tried only if ``scales`` allows more than one; a scale near 1 is preferred.
+    ``scales`` bounds how much smaller or larger than in frame 1 a camera may show the sheet.
     """
-    search = _Search(polygons, [b and target.two_coloured for b in backs], scales)
-    coarse = target.coarser
-    best = max(search.starts(coarse), key=lambda p: search.score(p, coarse))
-    best = search.climb(best, coarse, 0.05, 2)
-    best = max((best, STILL), key=lambda p: search.score(p, target))
-    best = search.climb(best, target, 0.012, 3)
-    motion = search.motion(best)
-    predicted = draw_labels(polygons, search.backs, target.grid, motion)
-    dx, dy, turn, size = best
-    return Alignment(motion, agreement(predicted, target), (dx, dy, -degrees(turn)), exp(size), search.centre)
+    stack = stack_of(paper)
+    low, high = log(max(scales[0] / HEIGHT, SCALES[0])), log(min(scales[1] * HEIGHT, SCALES[1]))
+    coarse, fine = _Search(stack, coarser(scene), low, high), _Search(stack, scene, low, high)
+    begun = [coarse.climbed(start, 0.03, 3) for start in coarse.starts()]
+    best = max((fine.polished(start) for start in _distinct(begun)), key=fine.value)
+    best = fine.polished(fine.climbed(best, 0.01, 3))
+    motion = fine.motion(best)
+    return Alignment(motion, fine.agreement(motion), (best[0], best[1], best[2]), scale_of(motion), stack.center)
 
 
+@dataclass(frozen=True)
 class _Search:
-    """Hill climbing on the agreement of one prediction."""
+    """The search for the motion of one stack: (dx, dy, degrees clockwise, logarithm of the scale) within limits."""
 
-    def __init__(
-        self, polygons: Sequence[Polygon], backs: Sequence[bool], scales: tuple[float, float]
-    ) -> None:
-        self.polygons, self.backs, self.scales = polygons, backs, scales
-        self.centre = _centre(polygons)
-        points = np.array([p for polygon in polygons for p in polygon])
-        self.radius = float(np.hypot(*(points - self.centre).T).max()) + 1e-6
+    stack: Stack
+    scene: Scene
+    smallest: float
+    largest: float
 
-    def motion(self, parameters: Parameters) -> Isometry:
-        """The similarity with these parameters about the centre."""
-        dx, dy, turn, size = parameters
-        c, s = exp(size) * cos(turn), exp(size) * sin(turn)
-        x, y = self.centre
-        return Isometry(c, -s, s, c, x + dx - c * x + s * y, y + dy - s * x - c * y)
+    def limited(self, nudge: Vector) -> Vector:
+        """The nearest motion that is allowed."""
+        dx, dy, turned, size = nudge
+        nearer = min(1.0, FARTHEST / max(hypot(dx, dy), 1e-9))
+        turned = min(max(turned, -LARGEST_TURN), LARGEST_TURN)
+        return dx * nearer, dy * nearer, turned, min(max(size, self.smallest), self.largest)
 
-    def starts(self, target: Target) -> list[Parameters]:
-        """No motion, and the seen paper's centre at several turns."""
-        found = [STILL]
-        shifts = [(0.0, 0.0)]
-        if target.centre is not None:
-            shift = (target.centre[0] - self.centre[0], target.centre[1] - self.centre[1])
-            if 0.01 < hypot(*shift) <= FARTHEST:
-                shifts.append(shift)
-        for dx, dy in shifts:
-            found += [(dx, dy, radians(turn), 0.0) for turn in (-8.0, -4.0, 0.0, 4.0, 8.0)]
-        return found
+    def motion(self, nudge: Vector) -> Isometry:
+        """The similarity about the stack's middle."""
+        return nudged(IDENTITY, self.stack.center, self.limited(nudge))
 
-    def score(self, parameters: Parameters, target: Target) -> float:
-        """Minus the share of wrong pixels, less a little for motion."""
-        predicted = draw_labels(self.polygons, self.backs, target.grid, self.motion(parameters))
-        wrong = wrong_pixels(predicted, target) / max(target.paper_pixels, 1)
-        dx, dy, turn, size = parameters
-        return -wrong - _SHIFT_PRICE * (hypot(dx, dy) + 0.3 * abs(turn)) - _SCALE_PRICE * abs(size)
+    def drawn(self, nudge: Vector) -> Labels:
+        """What the stack looks like after a motion."""
+        return self.scene.draw(self.stack, self.motion(nudge))
 
-    def climb(self, start: Parameters, target: Target, step: float, halvings: int) -> Parameters:
-        """Pattern search: ``step`` is in sheet units at the paper's rim, halved whenever nothing improves."""
-        best, value = start, self.score(start, target)
-        axes = 4 if self.scales[0] < self.scales[1] else 3
-        for _ in range(halvings + 1):
-            improved = True
-            while improved:
-                improved = False
-                for axis in range(axes):
-                    best, value, better = self._along(best, value, axis, step, target)
-                    improved |= better
-            step /= 2
-        return best
+    def value(self, nudge: Vector) -> float:
+        """Agreement, less a little for motion; minus infinity for motions that are not allowed."""
+        dx, dy, turned, size = nudge
+        if any(abs(a - b) > _ROUNDING for a, b in zip(nudge, self.limited(nudge), strict=True)):
+            return -inf
+        price = _SHIFT_PRICE * hypot(dx, dy) + _TURN_PRICE * abs(turned) + _SCALE_PRICE * abs(size)
+        return self.scene.agreement_of(self.drawn(nudge)) - price
 
-    def _along(
-        self, best: Parameters, value: float, axis: int, step: float, target: Target
-    ) -> tuple[Parameters, float, bool]:
-        """The best of one step either way along one parameter."""
-        size = step if axis < 2 else step / self.radius
-        for sign in (1, -1):
-            trial = list(best)
-            trial[axis] += sign * size
-            moved = (trial[0], trial[1], trial[2], trial[3])
-            if self._allowed(moved):
-                reached = self.score(moved, target)
-                if reached > value + 1e-9:
-                    return moved, reached, True
-        return best, value, False
+    def agreement(self, motion: Isometry) -> float:
+        """Agreement, 0 if nothing can be seen where the paper should be."""
+        drawn = self.scene.draw(self.stack, motion)
+        judged = (is_paper(drawn) | self.scene.paper) & self.scene.known
+        return self.scene.agreement_of(drawn) if judged.any() else 0.0
 
-    def _allowed(self, parameters: Parameters) -> bool:
-        dx, dy, turn, size = parameters
-        low, high = self.scales
-        near = hypot(dx, dy) <= FARTHEST and abs(turn) <= radians(LARGEST_TURN)
-        return near and log(low) - 1e-9 <= size <= log(high) + 1e-9
+    def starts(self) -> list[Vector]:
+        """The most promising of no motion and of laying the middles over each other, at several turns and sizes."""
+        tried = sorted(self._all_starts(), key=self.value, reverse=True)
+        return tried[:_STARTS]
+
+    def _all_starts(self) -> Iterator[Vector]:
+        x, y = self.stack.center
+        to_seen = self.scene.center[0] - x, self.scene.center[1] - y
+        for (dx, dy), size, turned in product(((0.0, 0.0), to_seen), {0.0, self._size()}, TURNS):
+            yield self.limited((dx, dy, turned, size))
+
+    def _size(self) -> float:
+        """The logarithm of the scale at which as much paper would show as is seen."""
+        seen = np.count_nonzero(self.scene.paper)
+        drawn = np.count_nonzero(is_paper(self.scene.draw(self.stack, IDENTITY)))
+        return log(sqrt(seen / drawn)) if seen and drawn else 0.0
+
+    def climbed(self, start: Vector, step: float, halvings: int) -> Vector:
+        """The summit near a start; ``step`` is in sheet units at the paper's rim."""
+        return climb(self.value, start, (step, step, 100 * step, 2 * step), halvings)[0]
+
+    def polished(self, start: Vector) -> Vector:
+        """A start after descents on the blurred picture."""
+        pixel = 1.0 / self.scene.grid.pixels_per_unit
+        best = self.scene.agreement_of(self.drawn(start))
+        steps = (pixel, pixel, 100 * pixel, 2 * pixel)
+        return self.limited(polished(self.drawn, self.scene, start, best, steps)[0])
 
 
-def _centre(polygons: Sequence[Polygon]) -> Point:
-    """Mean place of the paper, every layer counted."""
-    total, x, y = 0.0, 0.0, 0.0
-    for polygon in polygons:
-        size = abs(area(polygon))
-        total += size
-        x += size * sum(p[0] for p in polygon) / len(polygon)
-        y += size * sum(p[1] for p in polygon) / len(polygon)
-    return (x / total, y / total) if total else (0.0, 0.0)
+def _distinct(nudges: list[Vector]) -> list[Vector]:
+    """Motions without those that an earlier one comes close to."""
+    kept: list[Vector] = []
+    for nudge in nudges:
+        if not any(_close(nudge, other) for other in kept):
+            kept.append(nudge)
+    return kept
+
+
+def _close(first: Vector, second: Vector) -> bool:
+    return all(abs(a - b) <= reach for a, b, reach in zip(first, second, _CLOSE, strict=True))
+
+
+def coarser(scene: Scene) -> Scene:
+    """The same at a third of the resolution: the most frequent class of each 3 x 3 pixels."""
+    rows, cols = scene.grid.rows // _COARSER, scene.grid.cols // _COARSER
+    blocks = scene.labels[: rows * _COARSER, : cols * _COARSER].reshape(rows, _COARSER, cols, _COARSER)
+    values = (BACKGROUND, FRONT, BACK, UNKNOWN)
+    counts = np.stack([(blocks == value).sum(axis=(1, 3)) for value in values])
+    labels = np.array(values, np.uint8)[counts.argmax(axis=0)]
+    grid: Grid = replace(
+        scene.grid, pixels_per_unit=scene.grid.pixels_per_unit / _COARSER, rows=rows, cols=cols
+    )
+    return Scene(grid, labels, scene.two_coloured)

@@ -13,7 +13,7 @@ from folding_server.vision.segmentation import Bools, Palette, class_costs
 
 STANDING = (1.0, 1.0)
 """Scales at which later photos may show the paper if the camera stood still."""
-HAND_HELD = (0.85, 1.15)
+HAND_HELD = (0.8, 1.25)
 """The same if it may have moved."""
 SAME_TABLE = 0.08
 """Correlation of the table's grain from which it is the same table in the same place."""

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
-from folding_server.vision.agreement import Target
 from folding_server.vision.alignment import Alignment, align_paper
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import (
@@ -24,6 +23,7 @@ from folding_server.vision.labels import (
 )
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
+from folding_server.vision.solver.scene import Scene
 
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 Mask = npt.NDArray[np.uint8]
@@ -38,10 +38,10 @@ BORDER_NOISE = 0.012
 """Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
-MISPLACED_LINES = -0.05
-"""Agreement of inner lines below which the paper's layers lie in another way, even if its outline matches."""
-MISSING_LENGTH = 0.45
-"""Sheet units of one seen inner line from which a state that lacks it is no match."""
+MISPLACED_LINES = 0.3
+"""Agreement of inner lines below which, if a long one is missing too, the layers lie in another way."""
+MISSING_LENGTH = 0.25
+"""Sheet units of one seen inner line from which it is long."""
 MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
 MOST_WORDS = 5
 
@@ -70,8 +70,8 @@ class Match:
     diagram shows counts as 1. ``outline_distance`` is the mean symmetric distance of the silhouettes in sheet
     units, ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the
     aligned label image. ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside
-    the paper, ``missing_lines`` which of them it lacks, see
-    :class:`folding_server.vision.inner_lines.LineMatch`.
+    the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
+    sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`.
     """
 
     verdict: Verdict
@@ -84,6 +84,7 @@ class Match:
     predicted: Labels
     lines: float
     missing_lines: tuple[str, ...]
+    longest_missing: float
 
     @property
     def words(self) -> list[str]:
@@ -93,8 +94,8 @@ class Match:
 
 def compare(paper: Paper, seen: SeenFrame) -> Match:
     """Compare a folded sheet with a photo after the best small motion."""
-    target = Target(seen.labels, seen.grid, seen.two_coloured)
-    alignment = align_paper(paper, target, seen.scales)
+    scene = Scene(seen.grid, seen.labels, seen.two_coloured)
+    alignment = align_paper(paper, scene, seen.scales)
     predicted = draw_paper(paper, seen.grid, alignment.motion)
     if not seen.two_coloured:
         predicted = as_one_colour(predicted)
@@ -107,7 +108,17 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     missing = tuple(f"{_place(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
     iou = class_iou(predicted, seen)
     return Match(
-        verdict, alignment.agreement, iou, mean, worst, alignment, found, predicted, lines.agreement, missing
+        verdict,
+        alignment.agreement,
+        iou,
+        mean,
+        worst,
+        alignment,
+        found,
+        predicted,
+        lines.agreement,
+        missing,
+        lines.longest_missing,
     )
 
 
@@ -116,10 +127,8 @@ def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = N
     if agreement < DIVERGED_AGREEMENT:
         return "EXTREME DIVERGENCE"
     widest = max((d.width for d in found), default=0.0)
-    inside = lines.agreement >= MISPLACED_LINES and all(
-        length < MISSING_LENGTH for _, _, length in lines.missing
-    )
-    matches = agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH and inside
+    other_layers = lines.agreement < MISPLACED_LINES and lines.longest_missing >= MISSING_LENGTH
+    matches = agreement >= MATCHING_AGREEMENT and widest <= MATCHING_WIDTH and not other_layers
     return "MATCH" if matches else "MISMATCH"
 
 

@@ -95,6 +95,11 @@ class LineMatch:
     agreement: float
     missing: tuple[tuple[float, float, float], ...]
 
+    @property
+    def longest_missing(self) -> float:
+        """Length in sheet units of the longest line that the state lacks, 0 if there is none."""
+        return self.missing[0][2] if self.missing else 0.0
+
 
 NO_LINES = LineMatch(0.0, ())
 
@@ -111,7 +116,7 @@ def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: 
     if total < 0.05 * grid.pixels_per_unit or expected >= 1:
         return LineMatch(0.0, ())
     explained = float(seen[near].sum()) / total
-    agreement = (explained - expected) / (1 - expected)
+    agreement = min(max((explained - expected) / (1 - expected), -1.0), 1.0)
     return LineMatch(agreement, tuple(_long_lines((seen > CLEAR) & ~near, grid.pixels_per_unit)))
 
 
