@@ -28,16 +28,21 @@ from folding_server.vision.solver.lines import (
     edge_directions,
     landmark_lines,
 )
-from folding_server.vision.solver.scene import Scene
+from folding_server.vision.solver.scene import Scene, stack_of
 
 _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
+
+
+SPOILT = 5.0
+"""How many pixels put right one that is changed but wrong is worth, when a part of the change is looked for."""
 
 
 @dataclass(frozen=True)
 class Effort:
     """How hard to look. Angles in degrees, lengths in sheet units.
 
+    ``share`` of the change must be explained; ``partial`` ranks folds by what they put right, not by how all looks.
     A simpler line is taken if it explains at most ``snap`` less, and ``snap_noise`` of what no line explains.
     """
 
@@ -47,6 +52,7 @@ class Effort:
     refined: int = 10
     polished: int = 4
     share: float = 0.8
+    partial: bool = False
     snap: float = 0.001
     snap_noise: float = 0.08
 
@@ -94,17 +100,31 @@ class FoldSearch:
     ) -> None:
         self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
         self.leaves = Leaves(paper)
+        self.before = stack_of(paper)
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
 
     def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
-        rough = self._rough()
-        refined = sorted((self._refined(f, self.coarse, 3) for f in rough), key=lambda f: -f.agreement)
+        refined = self._best_first([self._refined(f, self.coarse, 3) for f in self._rough()])
         polished = [self._refined(f, self.fine, 3) for f in _different(refined)[: self.effort.polished]]
-        snapped = [s for f in _different(sorted(polished, key=lambda f: -f.agreement)) for s in self._snapped(f)]
-        return sorted(snapped, key=lambda f: -f.agreement)
+        snapped = [s for f in _different(self._best_first(polished)) for s in self._snapped(f)]
+        return self._best_first(snapped)
+
+    def _best_first(self, found: Sequence[FoldFound]) -> list[FoldFound]:
+        """Folds by agreement or, looking for a part of the change, by what they put right less what they spoil."""
+        if not self.effort.partial:
+            return sorted(found, key=lambda f: -f.agreement)
+        return sorted(found, key=lambda f: -self._progress(f))
+
+    def _progress(self, found: FoldFound) -> float:
+        """Pixels of the coarse view that a fold puts right less those it gets wrong, whether or not all is explained."""
+        before = self.coarse.draw(self.before, found.motion)
+        after = self.coarse.draw(self.leaves.folded(found.moving), found.motion)
+        changed = (before != after) & self.coarse.known
+        right = np.count_nonzero(changed & (after == self.coarse.labels))
+        return right - SPOILT * np.count_nonzero(changed & (after != self.coarse.labels))
 
     def _rough(self) -> list[FoldFound]:
         """The most promising lines and layers, scored without moving anything."""
@@ -114,16 +134,17 @@ class FoldSearch:
                 for moving in self.leaves.moving_sets(as_line(row)):
                     got = self.coarse.agreement(self.leaves.folded(moving), change.motion)
                     found.append(FoldFound(moving, change.motion, got))
-        found.sort(key=lambda f: -f.agreement)
-        return _different(found)[: self.effort.refined]
+        return _different(self._best_first(found))[: self.effort.refined]
 
     def _plausible(self, change: Evidence) -> Lines:
         """Landmarks and grid lines that could explain the change, at most ``most_lines`` of each."""
         effort = self.effort
-        kept = [
-            best_supported(lines, change.support(lines), effort.share, effort.most_lines)
-            for lines in (self.landmarks, self.grid)
-        ]
+        kept = []
+        for lines in (self.landmarks, self.grid):
+            support = change.support(lines)
+            if effort.partial:
+                support = np.where(support >= effort.share, 1.0, 0.0)
+            kept.append(best_supported(lines, support, effort.share, effort.most_lines))
         return np.concatenate(kept)
 
     def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:

@@ -20,6 +20,10 @@ SAME = 2e-3
 """Lines and points nearer than this (in sheet units) count as one landmark."""
 
 
+LONG_SIDE = 0.15
+"""Sides at least this long (sheet units) have a middle that a folder may aim at."""
+
+
 def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
     """The folded positions of the vertices, coincident ones once, (n, 2)."""
     points = np.array(sorted(paper.positions.values()))
@@ -31,16 +35,32 @@ def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
 
 
 def landmark_lines(paper: Paper) -> Lines:
-    """Lines that folders aim at: through two vertices, vertex onto vertex, edge onto edge, square to an edge."""
+    """Lines that folders aim at: through two vertices or middles of sides, vertex onto vertex, edge onto edge, square
+    to an edge.
+    """
     points = distinct_points(paper)
+    edges = distinct_lines(edge_lines(paper))
+    through, _ = _between_pairs(np.concatenate([points, _side_middles(paper)]))
+    _, onto = _between_pairs(points)
+    return distinct_lines(np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points)]))
+
+
+def _between_pairs(points: Floats) -> tuple[Lines, Lines]:
+    """For each pair of points the line through both and the one that takes one onto the other."""
     i, j = np.triu_indices(len(points), 1)
-    p, q = points[i], points[j]
+    apart = np.linalg.norm(points[j] - points[i], axis=1) > 10 * SAME
+    p, q = points[i][apart], points[j][apart]
     along = (q - p) / np.linalg.norm(q - p, axis=1, keepdims=True)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     through = np.column_stack([across, (across * p).sum(axis=1)])
-    onto = np.column_stack([along, (along * (p + q) / 2).sum(axis=1)])
-    edges = distinct_lines(edge_lines(paper))
-    return distinct_lines(np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points)]))
+    return through, np.column_stack([along, (along * (p + q) / 2).sum(axis=1)])
+
+
+def _side_middles(paper: Paper) -> Floats:
+    """The folded middles of the sides of the sheet and of what earlier vertices left of them, (n, 2)."""
+    sides = [edge for edge, beside in paper.edge_faces.items() if len(beside) == 1]
+    ends = np.array([(paper.positions[u], paper.positions[v]) for u, v in sides])
+    return np.asarray(ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > LONG_SIDE].mean(axis=1)).reshape(-1, 2)
 
 
 def edge_lines(paper: Paper) -> Lines:

@@ -92,10 +92,10 @@ def _compound_plans(
     paper: Paper, last: Isometry, views: Views, plans: Sequence[Plan], effort: Effort
 ) -> Iterator[Plan]:
     """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
-    partial = replace(effort, share=0.35, refined=4, polished=2)
+    partial = replace(effort, share=0.3, refined=6, polished=3, partial=True, most_lines=400)
     motions = _drifts(paper, last, views)
-    starts = [p for p in best_first(plans) if p.actions][:2]
-    starts += best_first(list(fold_plans(paper, motions, views, partial)))[:3]
+    starts = list(fold_plans(paper, motions, views, partial))[:3]
+    starts += [p for p in best_first(plans) if p.actions][:2]
     seen: set[tuple[Action, ...]] = set()
     yield from starts
     for start in starts:
