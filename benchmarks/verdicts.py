@@ -66,6 +66,7 @@ class Row:
     lines: float
     widest: float
     longest_missing: float
+    outline_worst: float
     seconds: float
 
 
@@ -153,6 +154,7 @@ def _compared(folder: Path, name: str, level: int, seed: int, most: int) -> Iter
                 round(match.lines, 3),
                 round(max((d.width for d in match.discrepancies), default=0.0), 4),
                 round(match.longest_missing, 3),
+                round(match.outline_worst, 4),
                 round(seconds, 3),
             )
 

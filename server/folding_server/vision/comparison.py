@@ -40,7 +40,7 @@ HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MISPLACED_LINES = 0.3
 """Agreement of inner lines below which, if a long one is missing too, the layers lie in another way."""
-MISSING_LENGTH = 0.25
+MISSING_LENGTH = 0.3
 """Sheet units of one seen inner line from which it is long."""
 MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
 MOST_WORDS = 5

@@ -9,11 +9,10 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.borders import visible_borders
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACKGROUND
 from folding_server.vision.photos import Picture
-from folding_server.vision.raster import draw_values
 from folding_server.vision.segmentation import Bools
 
 RIM = 0.018
@@ -108,7 +107,9 @@ def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: 
     """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side."""
     width = 2 * max(1, round(REACH * grid.pixels_per_unit)) + 1
     near = (
-        cv2.dilate(predicted_lines(paper, motion, grid).astype(np.uint8), np.ones((width, width), np.uint8))
+        cv2.dilate(
+            visible_borders(paper, grid, motion).all.astype(np.uint8), np.ones((width, width), np.uint8)
+        )
         > 0
     )
     seen = np.where(core, edges, 0)
@@ -129,17 +130,6 @@ def _long_lines(mask: Bools, pixels_per_unit: float) -> list[tuple[float, float,
         if size >= SHORTEST:
             lines.append((float(centres[i][0]), float(centres[i][1]), size))
     return sorted(lines, key=lambda line: line[2], reverse=True)
-
-
-def predicted_lines(paper: Paper, motion: Isometry, grid: Grid) -> Bools:
-    """Where borders between faces show inside a state's silhouette, (rows, cols)."""
-    order = paper.order
-    numbers = [1 + i % 250 for i in range(len(order))]
-    faces = draw_values([paper.polygon(f) for f in order], numbers, grid, motion)
-    square = np.ones((2, 2), np.uint8)
-    borders = cv2.dilate(faces, square) != cv2.erode(faces, square)
-    covered = cv2.erode((faces != BACKGROUND).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    return np.asarray(borders & covered)
 
 
 def thick_core(labels_agree: Bools, pixels_per_unit: float) -> Bools:

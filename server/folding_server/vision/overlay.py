@@ -6,9 +6,9 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.borders import visible_borders
 from folding_server.vision.comparison import Match
 from folding_server.vision.grid import Grid
-from folding_server.vision.inner_lines import predicted_lines
 from folding_server.vision.labels import UNKNOWN, is_paper
 from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper
@@ -51,7 +51,7 @@ def visible_lines(
     silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(
         covered, np.ones((3, 3), np.uint8)
     )
-    return np.asarray(silhouette), predicted_lines(paper, motion, grid)
+    return np.asarray(silhouette), visible_borders(paper, grid, motion).all
 
 
 def _window(match: Match, seen: SeenFrame) -> tuple[int, int, int, int]:

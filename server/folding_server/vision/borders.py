@@ -1,0 +1,52 @@
+"""Where a folded state shows lines inside its silhouette: the borders of layers, and creases within them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
+from folding_server.simulator.planes import planes
+from folding_server.vision.grid import Grid
+from folding_server.vision.raster import draw_values
+
+Mask = npt.NDArray[np.bool_]
+_VALUES = 254
+"""Layers are told apart by this many values; two that share one would have to lie beside each other to matter."""
+
+
+@dataclass(frozen=True)
+class Borders:
+    """Masks (rows, cols), two pixels wide: ``layers`` between visible planes, ``creases`` within one plane."""
+
+    layers: Mask
+    creases: Mask
+
+    @property
+    def all(self) -> Mask:
+        """Both kinds."""
+        return np.asarray(self.layers | self.creases)
+
+
+def visible_borders(paper: Paper, grid: Grid, motion: Isometry) -> Borders:
+    """The lines that a paper shows on a grid under a motion."""
+    outlines = [paper.polygon(f) for f in paper.order]
+    plane_of = {face: 1 + i % _VALUES for i, group in enumerate(planes(paper)) for face in group}
+    by_plane = draw_values(outlines, [plane_of[f] for f in paper.order], grid, motion)
+    by_face = draw_values(outlines, [1 + i % _VALUES for i in range(len(outlines))], grid, motion)
+    layers = changes(by_plane)
+    return Borders(layers, np.asarray(changes(by_face) & ~layers))
+
+
+def changes(values: npt.NDArray[np.uint8]) -> Mask:
+    """Where two neighbouring pixels, both drawn (above 0), differ; both are marked."""
+    changed = np.zeros(values.shape, np.bool_)
+    for here, there in (
+        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
+        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
+    ):
+        differ = (values[here] != values[there]) & (values[here] > 0) & (values[there] > 0)
+        changed[here] |= differ
+        changed[there] |= differ
+    return changed
