@@ -34,6 +34,8 @@ _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
 
 
+SUB_PIXEL = 0.004
+"""Sheet units by which thick paper and a slanting camera alone move a fold line in a photo."""
 SPOILT = 5.0
 """How many pixels put right one that is changed but wrong is worth, when a part of the change is looked for."""
 
@@ -193,11 +195,17 @@ class FoldSearch:
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found
         for group, share in ((exact, 1.0), (bound, 0.7)):
-            good = [f for f in group if f.agreement >= allowed - share * slack]
+            good = [f for f in group if f.agreement >= allowed - share * slack * self._leniency(found, f)]
             if good:
                 best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
+
+    def _leniency(self, found: FoldFound, snapped: FoldFound) -> float:
+        """How much more a snapped line may lose if it is moved by less than a photo can be trusted for."""
+        line = snapped.moving.line
+        moved = max(abs(line.distance(handle)) for handle in self._handles(found.moving))
+        return 2.0 if moved < SUB_PIXEL else 1.0
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""
@@ -227,6 +235,7 @@ class FoldSearch:
         origin = (0.0,) * 5
         steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step)
         x, best = polished(drawn, self.fine, origin, self.fine.agreement_of(drawn(origin)), steps)
+        x, best = climb(lambda y: self.fine.agreement_of(drawn(y)), x, [s / 2 for s in steps], 1)
         return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 
     def _through_vertices(self, found: FoldFound) -> Iterator["Family"]:

@@ -11,6 +11,8 @@ from folding_server.simulator.plane_geometry import Isometry
 
 COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.002, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
+COMPOUND_COST = 0.003
+"""Keyframes are mostly one action apart."""
 NOTHING_HAPPENED = 0.006
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
 
@@ -50,6 +52,8 @@ class Plan:
         marks a fold that the photo does not show.
         """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
+        if self.action_class == "compound":
+            cost += COMPOUND_COST
         zoom = ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
         return self.looks - cost - zoom - (UNSEEN_COST if self.unseen else 0.0)
 
