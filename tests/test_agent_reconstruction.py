@@ -239,4 +239,7 @@ def test_superseded_pictures_are_sent_once_unless_asked_otherwise(tmp_path: Path
         with OpenAI(*turns) as provider:
             run(2, tmp_path / str(frugal), model=MODEL, frugal=frugal, api_base=provider.url)
         sent[frugal] = str(provider.received[-1]).count("data:image/")
+        about = str(provider.received[0]["messages"][0]["content"])
+        assert "`view_frame`" in about or "`view_frame(frame)`" in about
+        assert ("Show the photo of a keyframe" in about) is not frugal
     assert sent == {True: 1, False: 3 + 4}

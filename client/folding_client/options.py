@@ -14,7 +14,7 @@ FewShot = Annotated[bool | None, typer.Option("--few-shot", help="Show the model
 MaxQueries = Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")]
 ThinkingBudget = Annotated[int | None, typer.Option(help="Thinking tokens for one query.")]
 PaperTools = Annotated[bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")]
-KeepImages = Annotated[bool, typer.Option("--keep-images", help="Send superseded images again.")]
+KeepImages = Annotated[bool, typer.Option("--keep-images", help="Leave nothing out: superseded images go out again, and the tools are listed twice.")]
 ApiBase = Annotated[str | None, typer.Option(help="Address of the model's provider.")]
 ServerUrl = Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]

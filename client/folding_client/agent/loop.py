@@ -14,7 +14,7 @@ from folding_schemas.results import (
 )
 
 from folding_client.agent.context import StepContext
-from folding_client.agent.opening import opening
+from folding_client.agent.opening import opening, tool_list, tool_names
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
@@ -39,7 +39,9 @@ SILENT_REPLIES = 3
 
 @dataclass(frozen=True)
 class Habits:
-    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops."""
+    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``frugal``
+    says that pictures and the descriptions of tools are sent no more often than they have to be.
+    """
 
     failures: int = 10
     frugal: bool = True
@@ -231,7 +233,9 @@ class Agent:
                 self._history[frame] = (
                     await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
                 )[0]
-        return opening(info, list(self._toolbox.offered.values()), self._history, self._habits.examples)
+        tools = list(self._toolbox.offered.values())
+        said = tool_names(tools) if self._habits.frugal else tool_list(tools)
+        return opening(info, said, self._history, self._habits.examples)
 
 
 def _without(

@@ -15,19 +15,19 @@ _ROUTINE = {"action"}
 
 def opening(
     info: RunInfo,
-    tools: Sequence[ToolSpec],
+    tools: str,
     history: Mapping[int, CheckpointState],
     examples: Sequence[Message] = (),
 ) -> list[Message]:
-    """The messages that a step towards ``info.next_frame`` starts with. Everything up to the examples is the
-    same in every step, so that a provider's cache finds it again.
+    """The messages that a step towards ``info.next_frame`` starts with; ``tools`` is what they say of the tools.
+    Everything up to the examples is the same in every step, so that a provider's cache finds it again.
     """
     about = system(
         prompt(
             "agent/system",
             front=info.front_color,
             back=info.back_color,
-            tools=tool_list(tools),
+            tools=tools,
             budget=info.budget,
         )
     )
@@ -45,13 +45,16 @@ def opening(
 
 
 def tool_list(tools: Sequence[ToolSpec]) -> str:
-    """The tools, one a line: name, arguments, first sentence. Providers get the full descriptions beside the
-    prompt.
-    """
+    """The tools, one a line: name, arguments, first sentence."""
     return "\n".join(
         f"- `{tool.name}({', '.join(tool.schema.get('properties', {}))})`: {_first_sentence(tool)}"
         for tool in tools
     )
+
+
+def tool_names(tools: Sequence[ToolSpec]) -> str:
+    """The tools by name alone, since providers show their descriptions beside the prompt in any case."""
+    return f"{', '.join(f'`{tool.name}`' for tool in tools)}: each comes with its own description."
 
 
 def summary(info: RunInfo, history: Mapping[int, CheckpointState]) -> str:

@@ -1,0 +1,140 @@
+"""Counting input tokens: the providers' published examples, and what each saving leaves out."""
+
+import base64
+import io
+import sys
+
+import pytest
+from folding_client.messages import (
+    Message,
+    Picture,
+    Reply,
+    ToolCall,
+    ToolResult,
+    ToolSpec,
+    answered,
+    system,
+    tool_answer,
+    user,
+)
+from paths import ROOT
+from PIL import Image
+
+sys.path.insert(0, str(ROOT / "benchmarks"))
+
+from token_counting import anthropic_tokens, openai_tokens, pieces, text_tokens
+from token_trace import Query, script
+from tokens import ALL, sent_with
+
+TOOLS = (
+    ToolSpec("view_frame", "Show a photo.\n\nMore.", {}),
+    ToolSpec("propose_actions", "Propose.", {}),
+    ToolSpec("ask_critic", "Ask.", {}),
+)
+LISTED = "- `view_frame()`: Show a photo.\n- `propose_actions()`: Propose.\n- `ask_critic()`: Ask."
+
+
+@pytest.mark.parametrize(
+    ("size", "tokens"), [((1024, 1024), 765), ((2048, 4096), 1105), ((512, 512), 255), ((768, 768), 765)]
+)
+def test_pictures_count_as_openai_says(size: tuple[int, int], tokens: int) -> None:
+    assert openai_tokens(*size) == tokens
+
+
+@pytest.mark.parametrize(("size", "tokens"), [((200, 200), 53), ((1000, 1000), 1333), ((4000, 4000), 1532)])
+def test_pictures_count_as_anthropic_says(size: tuple[int, int], tokens: int) -> None:
+    assert anthropic_tokens(*size) == tokens
+
+
+def photo(subject: str) -> Picture:
+    data = io.BytesIO()
+    Image.new("RGB", (512, 512)).save(data, "PNG")
+    return Picture(data.getvalue(), "image/png", subject)
+
+
+def test_every_part_of_a_request_is_counted_once() -> None:
+    picture = base64.b64encode(photo("").data).decode()
+    body = {
+        "tools": [{"function": {"name": "fold"}}],
+        "messages": [
+            {"role": "system", "content": "You fold."},
+            {
+                "role": "user",
+                "content": [
+                    {"type": "text", "text": "Look."},
+                    {"type": "image_url", "image_url": {"url": f"data:image/png;base64,{picture}"}},
+                ],
+            },
+            {
+                "role": "assistant",
+                "content": None,
+                "tool_calls": [{"function": {"name": "flip", "arguments": "{}"}}],
+            },
+        ],
+    }
+    counted = [tokens["openai"] for _, tokens in pieces(body)]
+    texts = [text_tokens(text) for text in ('{"name": "fold"}', "You fold.", "Look.", "", "flip{}")]
+    assert counted == [texts[0], texts[1] + 4, texts[2] + 4, 255, texts[3] + 4, texts[4] + 4]
+
+
+def said(call: str, *pictures: str) -> list[Message]:
+    """A reply that calls a tool, and the result with its pictures."""
+    made = ToolCall("c", call, "{}")
+    return [
+        answered(Reply(tool_calls=(made,))),
+        tool_answer(made, ToolResult("Done.", None, tuple(map(photo, pictures)))),
+    ]
+
+
+def two_steps() -> list[Query]:
+    """A first step of one query, and the two last queries of a second, with the critic's in between."""
+    about = system(f"You fold.\n{LISTED}\nBe exact.")
+    save = Reply(tool_calls=(ToolCall("c", "save_checkpoint", "{}"),))
+    second = [about, user("Frame 1: flat square."), *said("render_current", "diagram")]
+    third = [*second, *said("ask_critic", "photo of frame 1"), *said("render_current", "diagram")]
+    return [
+        Query("agent", (about, user("Begin.")), TOOLS, save),
+        Query("agent", (about, user("Frame 1: flat square.")), TOOLS, save),
+        Query("agent", tuple(second), TOOLS, save),
+        Query(
+            "critic", (system("You judge."), user("These.", (photo("photo of frame 1"),))), (), Reply("{}")
+        ),
+        Query("agent", tuple(third), TOOLS, save),
+    ]
+
+
+def shown(query: Query) -> list[list[str]]:
+    return [[p.subject for p in message.pictures] for message in query.messages if message.role == "tool"]
+
+
+def test_without_a_saving_the_conversation_goes_on_with_all_its_pictures() -> None:
+    sent = list(sent_with(frozenset(), two_steps()))
+    assert [len(query.messages) for query in sent] == [2, 5, 7, 2, 11]
+    texts = [message.text for message in sent[1].messages]
+    assert texts[1] == "Begin."
+    assert texts[3] == "Saved."
+    assert "(as above)" in texts[4]
+    assert "flat square" not in texts[4]
+    assert shown(sent[4])[1:] == [["diagram"], ["photo of frame 1"], ["diagram"]]
+    assert sent[4].messages[:7] == sent[2].messages
+
+
+def test_each_saving_leaves_out_its_own() -> None:
+    queries = two_steps()
+    summary = list(sent_with(frozenset({"summary"}), queries))
+    assert [query.messages for query in summary] == [query.messages for query in queries]
+    stale = list(sent_with(frozenset({"summary", "stale_pictures"}), queries))
+    assert shown(stale[4]) == [[], ["photo of frame 1"], ["diagram"]]
+    critic = list(sent_with(frozenset({"summary", "critic_pictures"}), queries))
+    assert shown(critic[4]) == [["diagram"], [], ["diagram"]]
+    assert critic[3].messages == queries[3].messages
+    names = list(sent_with(frozenset({"summary", "tool_names"}), queries))
+    assert "Show a photo" not in names[0].messages[0].text
+    assert "`propose_actions`" in names[0].messages[0].text
+    paper = list(sent_with(ALL | {"paper_tools"}, queries))
+    assert [tool.name for tool in paper[0].tools] == ["view_frame", "ask_critic"]
+    assert "propose_actions" not in paper[0].messages[0].text
+
+
+def test_the_script_of_the_heart_is_140_queries_long() -> None:
+    assert len(list(script([[{"action": "flip", "axis": "x"}]] * 15))) == 140
