@@ -17,6 +17,8 @@ TOLERANCE = 0.02
 """How far off a vertex or a crease may be, in sheet units."""
 SAMPLES = (0.3, 0.5, 0.7)
 """Where along a crease it is looked for in the other paper."""
+THIN = 0.005
+"""Overlaps less than twice this wide (sheet units) have no order that a photo shows."""
 LEAST_OVERLAP = 4e-4
 """Faces that overlap by less area than this may lie in any order."""
 KINDS = {"B": "boundary", "F": "flat"}
@@ -61,11 +63,15 @@ def _under(truth: Paper, found: Paper, quarters: int, tolerance: float) -> Exact
 def _creases(truth: Paper, found: Paper, quarters: int, tolerance: float) -> float:
     """Share of sampled points on the creases of either that lie on one of the same kind in the other."""
     true_lines, found_lines = _lines(truth, quarters), _lines(found, 0)
+    true_slivers, found_slivers = _beside_slivers(truth, tolerance), _beside_slivers(found, tolerance)
     checks = [
         any(kind_ == other and gap(point, segment) <= tolerance for segment, other in lines)
-        for own, lines in ((true_lines, found_lines), (found_lines, true_lines))
-        for (a, b), kind_ in own
-        if kind_ != "boundary" and dist(a, b) > 3 * tolerance
+        for own, lines, slivers in (
+            (true_lines, found_lines, true_slivers),
+            (found_lines, true_lines, found_slivers),
+        )
+        for ((a, b), kind_), beside_sliver in zip(own, slivers, strict=True)
+        if kind_ != "boundary" and dist(a, b) > 3 * tolerance and not beside_sliver
         for point in (between(a, b, t) for t in SAMPLES)
     ]
     return sum(checks) / len(checks) if checks else 1.0
@@ -77,12 +83,25 @@ def _lines(paper: Paper, quarters: int) -> list[tuple[Segment, str]]:
     return [((places[u], places[v]), kind(letter)) for (u, v), letter in paper.edges()]
 
 
+def _beside_slivers(paper: Paper, tolerance: float) -> list[bool]:
+    """For each edge whether it borders a face thinner than half the tolerance, whose two sides no photo tells apart."""
+    thin = {face for face in paper.faces if _width(paper.sheet_polygon(face)) < tolerance / 2}
+    return [any(face in thin for face in paper.edge_faces[edge]) for edge, _ in paper.edges()]
+
+
+def _width(outline: Sequence[Point]) -> float:
+    """The least width of a convex outline."""
+    corners = zip(outline, [*outline[1:], outline[0]], strict=True)
+    lines = [line_through(p, q) for p, q in corners if dist(p, q) > 1e-9]
+    return min(max(abs(line.distance(p)) for p in outline) for line in lines)
+
+
 def _order(truth: Paper, found: Paper, quarters: int) -> float:
     """Share of overlapping pairs of true faces whose order agrees, at the middle of their overlap."""
     checks = []
     for lower, upper in overlapping_pairs(truth):
         common = Polygon(truth.polygon(lower)).intersection(Polygon(truth.polygon(upper)))
-        if common.area < LEAST_OVERLAP:
+        if common.area < LEAST_OVERLAP or common.buffer(-THIN).is_empty:
             continue
         spot = common.representative_point()
         below, above = (
