@@ -373,3 +373,11 @@ def test_sequences_load_neither_opencv_nor_the_video_library() -> None:
     code = "import sys, folding_server.frames.sequences; print({'cv2', 'av', 'scipy'} & set(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
     assert run.stdout.strip() == "set()"
+
+
+def test_a_broken_sequence_asked_for_by_its_own_name_says_what_is_broken(tmp_path: Path) -> None:
+    folder = tmp_path / "download"
+    folder.mkdir()
+    (folder / "keyframes.json").write_text('{"name": "hat", "frames": "frames", "keyframes": [1, 2]}')
+    with pytest.raises(PhotoError, match="frames"):
+        Library([folder]).open("hat")

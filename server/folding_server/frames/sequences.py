@@ -168,6 +168,8 @@ class Library:
             return same[0]
         if name in broken:
             raise broken[name]
+        if broken and not found:
+            raise next(iter(broken.values()))
         raise PhotoError(f"there is no sequence {name!r}: {_known(sorted(found))}")
 
     def _scan(self) -> tuple[dict[str, list[Sequence]], dict[str, PhotoError]]:
