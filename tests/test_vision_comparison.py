@@ -10,6 +10,7 @@ from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.grid import Grid, grid_over
+from folding_server.vision.inner_lines import NO_LINES, LineMatch
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
 from folding_server.vision.overlay import draw_overlay
 from folding_server.vision.raster import draw_labels, draw_paper
@@ -164,6 +165,14 @@ def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
         "centre: the photo shows back side where the diagram has front side (area 0.010, 0.10 wide)"
     ]
     assert judge(0.99, ()) == "MATCH"
+
+
+def test_lines_alone_make_a_mismatch_only_if_a_long_one_is_missing_and_few_are_explained() -> None:
+    long, short = (10.0, 10.0, 0.5), (10.0, 10.0, 0.15)
+    assert judge(0.99, (), LineMatch(0.1, (long,))) == "MISMATCH"
+    assert judge(0.99, (), LineMatch(0.9, (long,))) == "MATCH"
+    assert judge(0.99, (), LineMatch(-0.4, (short,))) == "MATCH"
+    assert judge(0.99, (), NO_LINES) == "MATCH"
 
 
 def test_a_layer_edge_that_the_state_lacks_is_named() -> None:

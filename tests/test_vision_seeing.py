@@ -86,6 +86,18 @@ def test_hand_and_sleeve_are_unknown_and_the_paper_around_them_is_right() -> Non
     assert (is_paper(truth) & (seen.labels == UNKNOWN)).sum() < 0.35 * is_paper(truth).sum()
 
 
+def test_a_sleeve_of_the_papers_colour_is_no_paper() -> None:
+    look = Look()
+    photo = paint(triangle(), look)
+    cv2.line(photo, (SIDE, SIDE // 2), (SIDE // 2, SIDE // 2 + 30), (205, 150, 115), 40)
+    cv2.line(photo, (SIDE, SIDE // 2), (SIDE - 60, SIDE // 2 + 10), look.back, 60)
+    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
+    seen = eyes.frame(3, 90)
+    column, row = seen.grid.to_pixel([1.42, 0.48]).round().astype(int)
+    assert seen.labels[row, column] == UNKNOWN
+    assert share_right(seen.labels, draw_paper(triangle(), seen.grid)) > 0.98
+
+
 def test_what_the_photo_does_not_cover_is_unknown() -> None:
     seen = see_sequence(two_photos(Look())).frame(1, 64)
     assert seen.labels[0, 0] == UNKNOWN

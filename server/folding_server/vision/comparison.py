@@ -32,7 +32,7 @@ MATCHING_AGREEMENT = 0.965
 """Share of agreeing pixels that a match needs."""
 DIVERGED_AGREEMENT = 0.5
 """Share of agreeing pixels below which the state is another model altogether."""
-MATCHING_WIDTH = 0.035
+MATCHING_WIDTH = 0.04
 """Sheet units that the widest disagreement of a match may measure across."""
 BORDER_NOISE = 0.012
 """Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""

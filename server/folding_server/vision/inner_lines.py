@@ -17,6 +17,8 @@ from folding_server.vision.segmentation import Bools
 
 RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""
+HAND_SHADOW = 0.05
+"""Sheet units around whatever is in the way that are left out: its blurred edge and its shadow look like lines."""
 FAINTEST, FULL = 4.5, 11.0
 """Responses, in deviations of the paper's grain, from which a line is seen and at which it counts fully."""
 GRAIN_QUANTILE = 85
@@ -38,8 +40,10 @@ def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: fl
     """
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
     strength = np.zeros(grey.shape, np.float32)
+    reach = 2 * max(1, round(HAND_SHADOW * pixels_per_unit)) + 1
+    shadowed = cv2.dilate(unknown.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     for side in (1, 2):
-        own = ((shares[..., side] > 0.9) & ~unknown).astype(np.uint8)
+        own = ((shares[..., side] > 0.9) & ~shadowed).astype(np.uint8)
         rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
         core = cv2.erode(own, np.ones((rim, rim), np.uint8))
         left, upper, width, height = cv2.boundingRect(core)
