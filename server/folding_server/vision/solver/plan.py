@@ -11,7 +11,7 @@ from folding_server.simulator.plane_geometry import Isometry
 
 COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.002, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
-COMPOUND_COST = 0.003
+COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
 NOTHING_HAPPENED = 0.006
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
