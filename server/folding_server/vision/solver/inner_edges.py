@@ -11,8 +11,7 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
-from folding_server.simulator.planes import planes
-from folding_server.vision.raster import draw_values
+from folding_server.vision.borders import visible_borders
 from folding_server.vision.solver.scene import Mask, Scene
 
 FAINT = 0.2
@@ -21,7 +20,6 @@ REACH = 2
 """Pixels by which a seen line may be beside the predicted one."""
 HALF_LENGTH = 0.3
 """Length of lines (sheet units) at which they count half as much as very long ones."""
-_MOST_FACES = 254
 
 
 @dataclass(frozen=True)
@@ -42,14 +40,14 @@ class InnerLines:
 
 def inner_lines(paper: Paper, scene: Scene, motion: Isometry) -> InnerLines:
     """How the layer borders of a paper under a motion agree with the lines that a photo shows inside it."""
-    if scene.edges is None or len(paper.faces) > _MOST_FACES:
+    if scene.edges is None:
         return InnerLines(0.0, 0.0)
-    borders, marks = _predicted(paper, scene, motion)
+    predicted = visible_borders(paper, scene.grid, motion)
     seen = np.where(scene.known, np.minimum(scene.edges / FAINT, 1.0), 0.0).astype(np.float32)
     shape = (2 * REACH + 1, 2 * REACH + 1)
     near_seen = cv2.dilate(seen, np.ones(shape, np.uint8))
-    judged = borders & _inside(scene)
-    explained = cv2.dilate((borders | marks).astype(np.uint8), np.ones((2 * REACH + 3, 2 * REACH + 3), np.uint8)) > 0
+    judged = predicted.layers & _inside(scene)
+    explained = cv2.dilate(predicted.all.astype(np.uint8), np.ones((2 * REACH + 3, 2 * REACH + 3), np.uint8)) > 0
     strong = np.where(seen >= 1.0, seen, 0.0)
     per_unit = scene.grid.pixels_per_unit
     missing = float(1 - near_seen[judged].mean()) if judged.any() else 0.0
@@ -69,26 +67,3 @@ def _inside(scene: Scene) -> Mask:
     classes = np.where(scene.known, scene.labels, 7).astype(np.uint8)
     kernel = np.ones((9, 9), np.uint8)
     return np.asarray((cv2.erode(classes, kernel) == cv2.dilate(classes, kernel)) & scene.paper)
-
-
-def _predicted(paper: Paper, scene: Scene, motion: Isometry) -> tuple[Mask, Mask]:
-    """Borders between visible planes, and crease marks within them, as masks two pixels wide."""
-    outlines = [paper.polygon(f) for f in paper.order]
-    plane_of = {face: i + 1 for i, group in enumerate(planes(paper)) for face in group}
-    by_plane = draw_values(outlines, [plane_of[f] for f in paper.order], scene.grid, motion)
-    by_face = draw_values(outlines, list(range(1, len(outlines) + 1)), scene.grid, motion)
-    borders = _changes(by_plane)
-    return borders, _changes(by_face) & ~borders
-
-
-def _changes(values: "np.ndarray[tuple[int, int], np.dtype[np.uint8]]") -> Mask:
-    """Where two neighbouring pixels of the paper differ."""
-    changed = np.zeros(values.shape, np.bool_)
-    for axis in (0, 1):
-        a, b = (values[:-1], values[1:]) if axis == 0 else (values[:, :-1], values[:, 1:])
-        differ = (a != b) & (a > 0) & (b > 0)
-        for part in (slice(None, -1), slice(1, None)):
-            window = changed[part] if axis == 0 else changed[:, part]
-            window |= differ
-    return changed
-
