@@ -87,7 +87,7 @@ def main() -> None:
             rows += found
             refused += [refusal] if refusal else []
             sys.stderr.write(f"{len(rows)} comparisons\n")
-    document = {"settings": _settings(options), "refused": refused, "levels": by_level(rows)}
+    document: dict[str, object] = {"settings": _settings(options), "refused": refused, "levels": by_level(rows)}
     if options.rows:
         document["rows"] = [asdict(row) for row in rows]
     json.dump(document, sys.stdout, indent=1)
