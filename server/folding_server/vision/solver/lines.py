@@ -174,6 +174,11 @@ class Evidence:
     scene: Scene
     motion: Isometry
 
+    @property
+    def shows(self) -> bool:
+        """Whether anything changed."""
+        return max(len(self.gone), len(self.came), len(self.turned)) >= _ENOUGH
+
     def support(self, lines: Lines) -> Floats:
         """How well each line (n, 3) could explain the change, (n,) from 0 to 1.
 

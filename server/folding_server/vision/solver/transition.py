@@ -13,7 +13,8 @@ from folding_server.vision.solver.alignment import Freedom, align, scale_of
 from folding_server.vision.solver.drift import HANDHELD, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
-from folding_server.vision.solver.lines import evidence
+from folding_server.vision.solver.leaves import Leaves
+from folding_server.vision.solver.lines import as_line, both_ways, evidence, landmark_lines
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import realise
 from folding_server.vision.solver.scene import Scene, stack_of
@@ -29,6 +30,8 @@ SAME_DRIFT = 0.008
 """Motions that differ by less (sheet units) are tried once."""
 VISIBLE = 0.003
 """How much better than nothing a fold or unfold must look to count as seen."""
+MOST_LINES, MOST_SETTLED = 80, 6
+"""Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 STILL = 8.0
 """How much dearer a change of scale is under a camera that stands still."""
 COMPOUND_BELOW = 0.975
@@ -63,6 +66,8 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     best = max(p.agreement for p in plans)
     if best < EXPLAINED or best < nothing.agreement + STANDS_OUT:
         plans += fold_plans(paper, motions, views, effort)
+        if _quiet(paper, motions, views):
+            plans += line_plans(paper, nothing.motion, views)
     if views.handheld and max(p.agreement for p in plans) < COMPOUND_BELOW:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
@@ -148,6 +153,27 @@ def fold_plans(
     for found in search.run():
         for plan in _realised(paper, found, before):
             yield _settled(plan, views, motions[0])
+
+
+def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
+    """Folds along landmarks, for photos that show a change by the lines inside the paper only."""
+    leaves = Leaves(paper)
+    found = [
+        FoldFound(moving, motion, views.coarse.agreement(leaves.folded(moving), motion), exact=True)
+        for row in both_ways(landmark_lines(paper))
+        for moving in leaves.moving_sets(as_line(row))
+    ]
+    top = max((f.agreement for f in found), default=0.0)
+    near = [f for f in sorted(found, key=lambda f: -f.agreement) if f.agreement > top - PROMISING / 4]
+    plans = [plan for fold in near[:MOST_LINES] for plan in _realised(paper, fold, ())]
+    plans.sort(key=lambda plan: inner_lines(plan.paper, views.fine, motion).contradiction)
+    return (_settled(plan, views, motion) for plan in plans[:MOST_SETTLED])
+
+
+def _quiet(paper: Paper, motions: Sequence[Isometry], views: Views) -> bool:
+    """Whether the photo's classes show no change at all under some drift."""
+    drawn = stack_of(paper)
+    return any(not evidence(views.coarse.draw(drawn, m), views.coarse, m).shows for m in motions)
 
 
 def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> list[Plan]:
