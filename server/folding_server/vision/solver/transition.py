@@ -26,6 +26,8 @@ STANDS_OUT = 0.01
 """How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
+EASY_FACES = 12
+"""Papers with more faces are searched with fewer lines where several searches are needed."""
 SAME_DRIFT = 0.008
 """Motions that differ by less (sheet units) are tried once."""
 VISIBLE = 0.003
@@ -97,10 +99,10 @@ def _compound_plans(
     paper: Paper, last: Isometry, views: Views, plans: Sequence[Plan], effort: Effort
 ) -> Iterator[Plan]:
     """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
-    partial = replace(effort, share=0.3, refined=6, polished=3, partial=True, most_lines=400)
+    partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
     motions = _drifts(paper, last, views)
     starts = list(fold_plans(paper, motions, views, partial))[:3]
-    starts += [p for p in best_first(plans) if p.actions][:2]
+    starts += [p for p in best_first(plans) if p.actions][:1]
     seen: set[tuple[Action, ...]] = set()
     yield from starts
     for start in starts:
@@ -108,7 +110,14 @@ def _compound_plans(
             continue
         seen.add(start.actions)
         near = [start.motion, *drifts(stack_of(start.paper), views.coarse, start.motion)]
-        yield from fold_plans(start.paper, near, views, replace(effort, polished=2), before=start.actions)
+        yield from fold_plans(start.paper, near, views, _lighter(effort, start.paper), before=start.actions)
+
+
+def _lighter(effort: Effort, paper: Paper) -> Effort:
+    """An effort for one of several searches: less of it, the more faces there are to draw each time."""
+    share = min(1.0, EASY_FACES / len(paper.faces))
+    lines, refined = int(effort.most_lines * share), max(3, int(effort.refined * share))
+    return replace(effort, most_lines=lines, refined=refined, polished=2)
 
 
 def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
