@@ -187,3 +187,11 @@ def test_slivers_along_a_fold_line_do_not_stop_it() -> None:
     folded = fold(marked, (6, 7), 1)
     assert violations(folded) == []
     assert folded.is_folded((6, 7))
+
+
+def test_a_layer_that_lies_exactly_over_the_moving_part_moves_too() -> None:
+    marked = add_vertex(new_paper(), (4, 1), 1 / 3)
+    turned = flip(fold(marked, (2, 4), 1), "x")
+    folded = fold(add_vertex(turned, (2, 1), 0.75), (6, 5), -1)
+    assert violations(folded) == []
+    assert len(folded.faces) == 4

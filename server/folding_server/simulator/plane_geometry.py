@@ -11,6 +11,10 @@ TOLERANCE = 1e-4
 """A vertex this near a fold line lies on it; faces that overlap by less do not overlap (in sheet units)."""
 
 
+SPECK = 1e-9
+"""Sides shorter than this (sheet units) come from clipping at a corner: their direction is rounding noise."""
+
+
 class Isometry(NamedTuple):
     """(x, y) -> (a x + b y + e, c x + d y + f), a rotation or a reflection with a translation."""
 
@@ -126,7 +130,7 @@ def _separated(first: Polygon, second: Polygon, tolerance: float) -> bool:
     for x1, y1 in first:
         dx, dy = x1 - x0, y1 - y0
         length = hypot(dx, dy)
-        if length > 0:
+        if length > SPECK:
             nx, ny = sign * dy / length, -sign * dx / length
             edge = nx * x0 + ny * y0
             if min(nx * x + ny * y for x, y in second) >= edge - tolerance:
