@@ -15,7 +15,7 @@ from folding_server.photographer.camera import Matrix
 from folding_server.photographer.colors import Floats, floats
 from folding_server.photographer.geometry import Placement
 from folding_server.photographer.sheet_texture import SheetTexture
-from folding_server.simulator.planes import planes
+from folding_server.simulator.planes import plane_index, planes
 
 SAMPLES = 3
 MARGIN = 0.08
@@ -109,7 +109,7 @@ def paint_stack(
         window, floats(under), np.ones((rows, cols), np.float32), np.full((rows, cols), -1, np.int16)
     )
     _shade_table(canvas, placement, shading, unit)
-    plane_of = {face: i for i, group in enumerate(planes(placement.paper)) for face in group}
+    plane_of = plane_index(planes(placement.paper))
     for face in placement.paper.order:
         _paint_face(canvas, placement, sheet, shading, face, plane_of[face], tones[face], unit)
     return _resolve(table, canvas)

@@ -67,7 +67,7 @@ def layers_of_planes(paper: Paper) -> list[list[list[int]]]:
     groups = planes(paper)
     pairs = overlapping_pairs(paper)
     groups = _unwoven(groups, pairs)
-    plane_of = {face: i for i, group in enumerate(groups) for face in group}
+    plane_of = plane_index(groups)
     below: dict[int, set[int]] = {i: set() for i in range(len(groups))}
     for lower, upper in pairs:
         if plane_of[lower] != plane_of[upper]:
@@ -85,7 +85,7 @@ def _lies_over(groups: list[list[int]], pairs: list[tuple[int, int]]) -> "nx.DiG
     """The relation between planes: an edge from each plane to those that lie over it."""
     import networkx as nx  # noqa: PLC0415
 
-    plane_of = {face: i for i, group in enumerate(groups) for face in group}
+    plane_of = plane_index(groups)
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(range(len(groups)))
     relation = ((plane_of[lower], plane_of[upper]) for lower, upper in pairs)

@@ -35,11 +35,6 @@ class Grid:
         """y of the outer lower border."""
         return self.top - self.rows / self.pixels_per_unit
 
-    @property
-    def pixel_area(self) -> float:
-        """Area of one pixel in sheet units squared."""
-        return 1.0 / self.pixels_per_unit**2
-
     def to_pixel(self, points: npt.ArrayLike) -> Floats:
         """Plane points (..., 2) to (column, row)."""
         xy = np.asarray(points, dtype=np.float64)

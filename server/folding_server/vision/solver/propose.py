@@ -5,7 +5,7 @@ from math import ceil, floor
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.vision.grid import Grid
+from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.plan import Plan
@@ -40,17 +40,20 @@ def clearly_best(plans: tuple[Plan, ...]) -> bool:
 
 def _scene(seen: SeenFrame, before: SeenFrame) -> Scene:
     """The part of a photo around its paper and that of the photo before."""
-    rows, cols = np.nonzero(is_paper(before.labels))
-    other_rows, other_cols = np.nonzero(is_paper(seen.labels))
-    corners = [before.grid.to_plane([(c.min(), r.min()), (c.max(), r.max())]) for r, c in ((rows, cols),) if len(r)]
-    corners += [seen.grid.to_plane([(c.min(), r.min()), (c.max(), r.max())]) for r, c in ((other_rows, other_cols),) if len(r)]
+    corners = [*_paper_corners(before), *_paper_corners(seen)]
     if not corners:
         return Scene(seen.grid, seen.labels, seen.two_coloured)
     points = np.concatenate(corners)
     return _cropped(seen, points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
 
 
-def _cropped(seen: SeenFrame, low: "np.ndarray[tuple[int], np.dtype[np.float64]]", high: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Scene:
+def _paper_corners(seen: SeenFrame) -> list[Floats]:
+    """Two opposite corners of the box around the paper in the plane, (2, 2); nothing if there is no paper."""
+    rows, cols = np.nonzero(is_paper(seen.labels))
+    return [seen.grid.to_plane([(cols.min(), rows.min()), (cols.max(), rows.max())])] if len(rows) else []
+
+
+def _cropped(seen: SeenFrame, low: Floats, high: Floats) -> Scene:
     """A window of a seen frame, given its lower left and upper right in the plane."""
     grid, s = seen.grid, seen.grid.pixels_per_unit
     left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))

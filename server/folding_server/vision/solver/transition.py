@@ -74,7 +74,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
     if max(p.agreement for p in plans) < COMPOUND_BELOW:
-        plans += _compound_plans(paper, last, views, plans, effort)
+        plans += _compound_plans(paper, motions, views, plans, effort)
     return best_first([_unseen(plan, nothing) for plan in plans])
 
 
@@ -96,11 +96,10 @@ def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], view
 
 
 def _compound_plans(
-    paper: Paper, last: Isometry, views: Views, plans: Sequence[Plan], effort: Effort
+    paper: Paper, motions: Sequence[Isometry], views: Views, plans: Sequence[Plan], effort: Effort
 ) -> Iterator[Plan]:
     """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
     partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
-    motions = _drifts(paper, last, views)
     starts = list(fold_plans(paper, motions, views, partial))[:3]
     starts += [p for p in best_first(plans) if p.actions][:1]
     seen: set[tuple[Action, ...]] = set()

@@ -25,8 +25,8 @@ def centered(stack: Stack, scene: Scene, motion: Isometry = IDENTITY) -> Isometr
     return Isometry(1, 0, 0, 1, cx - x, cy - y).after(motion)
 
 
-def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> list[tuple[float, Aligned]]:
-    """The turns in the plane (degrees clockwise) that explain a photo best, each with its alignment, best first."""
+def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> list[Aligned]:
+    """The alignments of the turns in the plane that explain a photo best, best first; ``step`` in degrees."""
     tried = []
     for k in range(int(360 / step)):
         angle = k * step if k * step <= 180 else k * step - 360
@@ -39,8 +39,8 @@ def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> 
             kept.append((angle, motion))
         if len(kept) == keep:
             break
-    aligned = [(a, align(stack, scene, m, Freedom(shift=0.04, turn=3.0, halvings=4))) for a, m in kept]
-    return sorted(aligned, key=lambda t: -t[1].agreement)
+    aligned = [align(stack, scene, m, Freedom(shift=0.04, turn=3.0, halvings=4)) for _, m in kept]
+    return sorted(aligned, key=lambda a: -a.agreement)
 
 
 def _turned(stack: Stack, angle: float) -> Stack:
@@ -51,7 +51,7 @@ def _turned(stack: Stack, angle: float) -> Stack:
 def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Isometry) -> Iterator[Plan]:
     """Rotations that explain the photo; ``last`` is the motion under which the paper explained the photo before."""
     stack = stack_of(paper)
-    for _, aligned in best_turns(stack, scene):
+    for aligned in best_turns(stack, scene):
         relative = _angle_of(aligned.motion) - _angle_of(last)
         rounded = _rounded((relative + 180) % 360 - 180)
         if rounded == 0:
