@@ -27,7 +27,7 @@ from folding_server.photographer.levels import Level, level_named
 from folding_server.photographer.lighting import frame_lamp, lamp_light
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.photographer.scene import Drift, Scene, compose, drifts, frame_camera
-from folding_server.photographer.sensor import expose, jpeg
+from folding_server.photographer.sensor import expose, jpeg, png
 from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet, creased
 from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
 from folding_server.photographer.table import seen_table, table_texture
@@ -97,7 +97,9 @@ def photograph(
         picture, hand = _photo(session, index)
         name = f"{index + 1:06d}.jpg"
         (frames / name).write_bytes(jpeg(picture, session.level.quality))
-        truths.append(_truth(session, program, index, f"frames/{name}", hand))
+        mask = None if hand is None else _write_mask(folder, index, hand.hidden)
+        reach = None if hand is None else hand.reach
+        truths.append(_truth(session, program, index, f"frames/{name}", reach, mask))
         if progress is not None:
             progress(index + 1, len(session.papers))
     _write_documents(folder, program, session, truths, level)
@@ -140,7 +142,15 @@ def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -
     return Session(seed, level, size, scene, papers, walk, centers, fraction, sheet, table)
 
 
-def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], Reach | None]:
+@dataclass(frozen=True)
+class _Covering:
+    """A hand in a picture, and the pixels (height, width) that it hides, 0 or 255."""
+
+    reach: Reach
+    hidden: NDArray[np.uint8]
+
+
+def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], _Covering | None]:
     """One picture (height, width, 3) RGB, and the hand in it."""
     scene, seed = session.scene, session.seed
     placement = session.placement(index)
@@ -158,17 +168,30 @@ def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], Reach | Non
     )
     lit = albedo * light[..., None]
     reach = reaching_hand(seed, session.level, index, coverage, unit)
+    covering = None
     if reach is not None:
         cover = cover_with(reach, coverage.shape, towards, seed, index)
         opacity = cover.opacity[..., None]
         lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
-    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, index), reach
+        covering = _Covering(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
+    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, index), covering
 
 
-def _truth(session: Session, program: Program, index: int, image: str, hand: Reach | None) -> dict[str, Any]:
+def _truth(
+    session: Session, program: Program, index: int, image: str, hand: Reach | None, mask: str | None
+) -> dict[str, Any]:
     step = program.steps[index - 1] if index else ()
     before = session.papers[max(index - 1, 0)]
-    return frame_truth(index + 1, image, step, before, session.placement(index), session.drifts[index], hand)
+    placement, drift = session.placement(index), session.drifts[index]
+    return frame_truth(index + 1, image, step, before, placement, drift, hand, mask)
+
+
+def _write_mask(folder: Path, index: int, hidden: NDArray[np.uint8]) -> str:
+    """Write which pixels a hand hides, and say where."""
+    name = f"masks/{index + 1:06d}.png"
+    (folder / "masks").mkdir(exist_ok=True)
+    (folder / name).write_bytes(png(hidden))
+    return name
 
 
 def _cleared(folder: Path) -> Path:
@@ -182,8 +205,8 @@ def _cleared(folder: Path) -> Path:
         frames.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PhotoError(f"{folder} cannot be written ({error.strerror}); give another folder.") from error
-    for old in frames.iterdir():
-        if re.fullmatch(r"\d{6}\.jpg", old.name):
+    for old in (*frames.iterdir(), *(folder / "masks").glob("*")):
+        if re.fullmatch(r"\d{6}\.(jpg|png)", old.name):
             old.unlink()
     return frames
 

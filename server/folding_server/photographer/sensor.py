@@ -27,3 +27,9 @@ def jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
         ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality]
     )
     return data.tobytes()
+
+
+def png(mask: NDArray[np.uint8]) -> bytes:
+    """A PNG file of a grey picture (height, width)."""
+    _, data = cv2.imencode(".png", mask)
+    return data.tobytes()

@@ -28,8 +28,12 @@ def frame_truth(
     placement: Placement,
     drift: Drift,
     hand: Reach | None,
+    mask: str | None,
 ) -> dict[str, Any]:
-    """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from."""
+    """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from.
+
+    ``mask`` names the picture of the pixels that the hand hides.
+    """
     paper = placement.paper
     return {
         "frame": frame,
@@ -39,7 +43,7 @@ def frame_truth(
         "camera": _camera(placement),
         "vertex_pixels": {str(v): _rounded(placement.pixels[v], 2) for v in sorted(placement.pixels)},
         "drift": {"rotation_deg": round(drift.rotation, 4), "shift": _rounded(drift.shift, 6)},
-        "hand": hand and _hand(hand),
+        "hand": hand and {**_hand(hand), "mask": mask},
     }
 
 
