@@ -195,3 +195,26 @@ def test_a_layer_that_lies_exactly_over_the_moving_part_moves_too() -> None:
     folded = fold(add_vertex(turned, (2, 1), 0.75), (6, 5), -1)
     assert violations(folded) == []
     assert len(folded.faces) == 4
+
+
+def test_a_fold_that_just_misses_a_vertex_other_folds_just_missed_is_refused_and_names_it() -> None:
+    paper = fold(rotate(new_paper(), -45), (2, 4), 1)
+    paper = add_vertex(add_vertex(paper, (3, 4), 0.00013199103564270366), (2, 4), 0.500066)
+    paper = fold(flip(fold(paper, (6, 5), 1), "y"), (4, 1), 1)
+    paper = fold(add_vertex(paper, (2, 3), 0.500066), (8, 6), -1)
+    assert violations(paper) == []
+    with pytest.raises(ActionRefused, match=r"fold through \[9, 3\] would put the layers that meet at vertex 1 .* apart"):
+        fold(paper, (9, 3), -1)
+    assert violations(fold(paper, (9, 4), -1)) == []
+
+
+def test_a_fold_that_leaves_an_older_crease_at_a_tiny_angle_keeps_the_layers_apart() -> None:
+    """A thousandth of a radian, past a vertex that several layers share: the slivers between taper to nothing."""
+    paper = crease_across(new_paper(), ((3, 4), 1 / 3), ((1, 4), 1 / 3), -1)
+    paper = unfold(crease_across(flip(paper, "y"), ((1, 2), 0.668), ((4, 5), 0.25), 1))
+    assert violations(crease_across(paper, ((8, 9), 0.9234979205499458), ((5, 8), 0.75), 1)) == []
+
+    paper = unfold(crease_across(new_paper(), ((3, 4), 0.76), ((2, 3), 0.25), 1))
+    paper = unfold(crease_across(paper, ((3, 5), 0.029), ((2, 6), 0.25), -1))
+    paper = crease_across(paper, ((5, 4), 1 / 3), ((8, 9), 0.8356221123600541), 1)
+    assert violations(fold(paper, (2, 11), 1)) == []

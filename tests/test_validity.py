@@ -4,7 +4,9 @@ import json
 from dataclasses import replace
 from itertools import permutations
 
+import numpy as np
 import pytest
+import shapely
 from folding_schemas.actions import Program
 from folding_server.interchange.programs import load_recorded, resolved
 from folding_server.simulator import (
@@ -21,6 +23,7 @@ from folding_server.simulator import (
 from folding_server.simulator.foldability import check_paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.simulator.validity import violations
+from folding_server.simulator.validity.contacts import common_stretch, meet_across
 from paths import SHARED
 
 RECORDED = sorted((SHARED / "programs" / "recorded").glob("*.json"))
@@ -192,3 +195,25 @@ def test_a_sliver_thinner_than_the_slack_has_no_place_in_the_stack():
     paper = add_vertex(add_vertex(paper, (5, 2), 0.0003), (6, 3), 0.0003)
     paper = fold(paper, (5, 6), 1)
     assert violations(paper) == []
+
+
+def test_faces_are_measured_where_the_edges_meet():
+    """A wedge a thousandth of a radian wide is thick at its far end and nothing at its tip."""
+    wedge = shapely.Polygon([(0.0, 0.0), (1.0, 0.0), (1.0, 0.005)])
+    square = shapely.box(0.0, 0.0, 1.0, 1.0)
+    for start, thick in ((0.0, False), (0.9, True)):
+        stretch = common_stretch(np.array([(0.0, 0.0), (1.0, 0.0)]), np.array([(start + 0.05, 1e-5), (start, 0.0)]))
+        assert stretch == pytest.approx(np.array([(start, 0.0), (start + 0.05, 0.0)]))
+        assert meet_across(np.array([wedge, square]), stretch, 5e-4) == thick
+
+
+def test_a_stack_in_the_wrong_order_is_found_beside_slivers_too():
+    """A sheet with a sliver along a flat crease, halved across both: every layer swapped with its neighbour crosses."""
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.5), (4, 3), 0.5)
+    paper = fold(add_vertex(unfold(fold(paper, (5, 6), 1)), (6, 3), 0.003), (5, 7), 1)
+    paper = fold(add_vertex(add_vertex(paper, (1, 4), 0.5), (6, 5), 0.5), (8, 9), 1)
+    assert violations(paper) == []
+    overlapping = set(overlapping_pairs(paper))
+    for k, pair in enumerate(zip(paper.order, paper.order[1:], strict=False)):
+        swapped = (*paper.order[:k], *reversed(pair), *paper.order[k + 2 :])
+        assert bool(kinds(replace(paper, order=swapped))) == (pair in overlapping)

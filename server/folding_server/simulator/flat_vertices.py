@@ -1,14 +1,18 @@
-"""The last check of a fold or unfold: every vertex it touched must still lie flat (Maekawa's and Kawasaki's theorems).
+"""The last check of a fold or unfold: every vertex it touched must still lie flat, and at one place.
 
 Lines that run along a crease to within the tolerance and leave it at a tiny angle would end a fold inside the sheet,
-which no paper can do. Such actions are refused.
+which no paper can do (Maekawa's and Kawasaki's theorems). And where fold after fold runs past one vertex within the
+tolerance, each adds to what the faces around it disagree by on its place. Such actions are refused.
 """
 
 from collections.abc import Iterable
 from math import atan2, hypot, pi
 
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE
+from folding_server.simulator.plane_geometry import TOLERANCE, Point
+
+DRIFT = 4 * TOLERANCE
+"""How far faces may disagree on a place, since a vertex of each fold through it may be off by the tolerance."""
 
 
 def unflat_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
@@ -24,6 +28,24 @@ def unflat_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
             if v in touched:
                 around[v].append(edge)
     return next((v for v in sorted(touched) if not _lies_flat(paper, v, around[v])), None)
+
+
+def torn_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
+    """A vertex at an end of one of the edges that its faces put at places further apart than DRIFT; None if none."""
+    touched = {v for edge in edges for v in edge}
+    found: dict[int, list[Point]] = {v: [] for v in touched}
+    for face, cycle in paper.faces.items():
+        if not touched.isdisjoint(cycle):
+            motion = paper.isometries[face]
+            for v in touched.intersection(cycle):
+                found[v].append(motion(paper.places[v]))
+    return next((v for v in sorted(touched) if _spread(found[v]) > DRIFT), None)
+
+
+def _spread(points: list[Point]) -> float:
+    """The diagonal of the box around points."""
+    xs, ys = zip(*points, strict=True)
+    return hypot(max(xs) - min(xs), max(ys) - min(ys))
 
 
 def _lies_flat(paper: Paper, vertex: int, edges: list[Edge]) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from folding_server.errors import ActionRefused
 from folding_server.simulator.cutting import Cutting
-from folding_server.simulator.flat_vertices import unflat_vertex
+from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.paper import Crease, Edge, Paper
 from folding_server.simulator.plane_geometry import TOLERANCE, Line, line_through, mirror
 from folding_server.simulator.planes import planes
@@ -31,13 +31,24 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
             "use flip for that, or the other direction."
         )
     folded, creased = _turned_over(paper, cutting, edge)
+    _check(folded, creased, edge)
+    return folded
+
+
+def _check(folded: Paper, creased: list[Edge], edge: Edge) -> None:
+    """ActionRefused if a vertex at the new creases would not lie flat, or not at one place."""
     blunt = unflat_vertex(folded, creased)
     if blunt is not None:
         raise ActionRefused(
             f"The line through [{edge[0]}, {edge[1]}] runs along an older crease within {TOLERANCE:g} and leaves it at "
             f"vertex {blunt}, where the fold would end inside the paper; fold along that crease or clear of it."
         )
-    return folded
+    torn = torn_vertex(folded, creased)
+    if torn is not None:
+        raise ActionRefused(
+            f"The fold through [{edge[0]}, {edge[1]}] would put the layers that meet at vertex {torn} more than {DRIFT:g} "
+            "apart, since it passes that vertex where earlier folds just missed it; fold along a line clear of it."
+        )
 
 
 def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:

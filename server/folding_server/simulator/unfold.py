@@ -9,14 +9,11 @@ from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 from folding_server.errors import ActionRefused
-from folding_server.simulator.flat_vertices import unflat_vertex
+from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
-from folding_server.simulator.plane_geometry import TOLERANCE, Isometry, Line, overlap
+from folding_server.simulator.plane_geometry import Isometry, Line, overlap
 from folding_server.simulator.planes import bounding_box, boxes_meet
 from folding_server.simulator.vertices import known_vertices
-
-DRIFT = 4 * TOLERANCE
-"""How far parts of one crease may disagree about its line, since a vertex of each later fold may be off by TOLERANCE."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +54,18 @@ def unfold(paper: Paper, edge: Edge | None = None) -> Paper:
 
 
 def _checked(paper: Paper, hinge: Hinge, name: str) -> Paper:
-    """The unfolded paper; ActionRefused if it would not lie flat at a vertex of the crease."""
+    """The unfolded paper; ActionRefused if a vertex of the crease would not lie flat, or not at one place."""
     blunt = unflat_vertex(paper, hinge.edges)
     if blunt is not None:
         raise ActionRefused(
             f"{name} cannot be undone: a newer crease ends at vertex {blunt} of it, where the paper would not lie flat; "
             "unfold the newer fold first."
+        )
+    torn = torn_vertex(paper, hinge.edges)
+    if torn is not None:
+        raise ActionRefused(
+            f"{name} cannot be undone: it would put the layers that meet at vertex {torn} more than {DRIFT:g} apart, since "
+            "later folds just missed that vertex; unfold a newer fold first."
         )
     return paper
 

@@ -19,6 +19,8 @@ PARALLEL = 0.02
 """Largest angle, in radians, between two edges that lie along one line."""
 SHARED = 4.0
 """How many tolerances two edges must run along each other to count."""
+FAR = 1e3
+"""Half the width of a strip across an edge: more than any sheet measures."""
 
 
 def shrunk(outlines: Geometries, distance: float) -> Geometries:
@@ -63,6 +65,22 @@ def along(segments: Floats, tolerance: float) -> tuple[Ints, NDArray[np.int_]]:
     found = (common > SHARED * tolerance) & (np.abs(away).max(axis=1) <= tolerance) & (tilt <= PARALLEL)
     way = np.where(reach[:, 1] >= reach[:, 0], 1, -1)
     return pairs[:, found], way[found]
+
+
+def common_stretch(first: Floats, second: Floats) -> Floats:
+    """The part (2, 2) of the longer of two edges, each (2, 2), beside which the shorter one runs."""
+    long, short = (first, second) if np.ptp(first, axis=0).max() >= np.ptp(second, axis=0).max() else (second, first)
+    run = long[1] - long[0]
+    reach = np.clip((short - long[0]) @ run / (run @ run), 0, 1)
+    stretch: Floats = long[0] + np.sort(reach)[:, None] * run
+    return stretch
+
+
+def meet_across(outlines: Geometries, stretch: Floats, tolerance: float) -> bool:
+    """Whether convex faces have a part in common, thicker than the tolerance, straight across from a stretch (2, 2)."""
+    strip = shapely.buffer(shapely.LineString(stretch), FAR, cap_style="flat")
+    common = shapely.intersection_all([strip, *outlines])
+    return not bool(shapely.is_empty(shapely.buffer(common, -tolerance / 2, join_style="mitre")))
 
 
 def cells(outlines: Geometries, tolerance: float) -> Bools:

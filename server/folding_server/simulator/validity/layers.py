@@ -1,6 +1,8 @@
 """Layers that cross: the conditions on the order of overlapping faces (Bern and Hayes; Akitaya et al.).
 
-Everything is shrunk by a slack first: what reaches into something else by less does not touch it.
+Everything is shrunk by a slack first: what reaches into something else by less does not touch it. A crossing is where
+the edges meet, so the faces beside them must have room there: a face that tapers to nothing along the edge is not in
+the way, however thick it is elsewhere.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +14,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from folding_server.simulator.validity.contacts import along, overlapping, shrunk, through
+from folding_server.simulator.validity.contacts import (
+    along,
+    common_stretch,
+    meet_across,
+    overlapping,
+    through,
+)
 from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
 from folding_server.simulator.validity.violation import Kind, Violation, listed
 
@@ -51,10 +59,13 @@ class Stack:
         found[i, j] = found[j, i] = True
         return found
 
-    @cached_property
-    def thin(self) -> Bools:
-        """(n,): faces thinner than the slack."""
-        return np.asarray(shapely.is_empty(shrunk(self.outlines, self.slack / 2)))
+    def meet(self, faces: Sequence[int], stretch: Floats) -> bool:
+        """Whether faces have a part in common, thicker than the slack, straight across from a stretch."""
+        return meet_across(self.outlines[list(faces)], stretch, self.slack)
+
+    def stretch(self, i: int, j: int) -> Floats:
+        """Where two inner edges run along each other."""
+        return common_stretch(self.segments[i], self.segments[j])
 
 
 def stack_of(sheet: Measured, slack: float) -> Stack:
@@ -100,11 +111,23 @@ def _through_faces(stack: Stack) -> Iterator[Violation]:
     apart = (first != face) & (second != face) & stack.overlapping[first, face] & stack.overlapping[second, face]
     between = (stack.rank[first] < stack.rank[face]) != (stack.rank[second] < stack.rank[face])
     for i in np.flatnonzero(apart & between):
+        if not _has_room(stack, edge[i], face[i]):
+            continue
         kind: Kind = "taco-tortilla" if stack.turned[edge[i]] else "tortilla-tortilla"
         found = (stack.faces[first[i]], stack.faces[second[i]], stack.faces[face[i]])
         u, v = stack.edges[edge[i]]
         detail = f"Face {found[2]} lies between faces {found[0]} and {found[1]} but spans their edge {u}-{v}."
         yield Violation(kind, detail, found, ((u, v),))
+
+
+def _has_room(stack: Stack, edge: int, face: int) -> bool:
+    """Whether both faces of an edge overlap a face where the edge runs through it: on one side if folded, else on each."""
+    first, second = stack.beside[edge]
+    inside = shapely.intersection(shapely.LineString(stack.segments[edge]), stack.outlines[face])
+    stretch = shapely.get_coordinates(inside)[[0, -1]]
+    if stack.turned[edge]:
+        return stack.meet((first, second, face), stretch)
+    return stack.meet((first, face), stretch) and stack.meet((second, face), stretch)
 
 
 def _along_creases(stack: Stack) -> Iterator[Violation]:
@@ -134,7 +157,8 @@ def _taco_taco(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
     if len({a, b, c, d}) < 4 or not stack.overlapping[[a, a, b, b], [c, d, c, d]].all():
         return
     low, high = sorted((stack.rank[a], stack.rank[b]))
-    if (low < stack.rank[c] < high) != (low < stack.rank[d] < high):
+    interleaved = (low < stack.rank[c] < high) != (low < stack.rank[d] < high)
+    if interleaved and stack.meet((a, b, c, d), stack.stretch(i, j)):
         yield _crossing(stack, "taco-taco", (a, b, c, d), (i, j), "interleave")
 
 
@@ -144,12 +168,11 @@ def _taco_tortilla(stack: Stack, fold: int, flat: int, way: int) -> Iterator[Vio
     A pair whose other face is thinner than the slack does not reach across the line.
     """
     a, b = stack.beside[fold]
-    if stack.thin[stack.beside[flat]].any():
-        return
     on = stack.side[flat] * way == stack.side[fold, 0]
-    for c in stack.beside[flat][on]:
-        outside = (stack.rank[a] < stack.rank[c]) == (stack.rank[b] < stack.rank[c])
-        if not outside and stack.overlapping[a, c] and stack.overlapping[b, c]:
+    for c, other in zip(stack.beside[flat][on], stack.beside[flat][~on], strict=True):
+        inside = (stack.rank[a] < stack.rank[c]) != (stack.rank[b] < stack.rank[c])
+        stretch = stack.stretch(fold, flat)
+        if inside and stack.meet((a, b, c), stretch) and stack.meet((other,), stretch):
             yield _crossing(stack, "taco-tortilla", (a, b, c), (fold, flat), "cross")
 
 
@@ -159,5 +182,7 @@ def _tortilla_tortilla(stack: Stack, i: int, j: int, way: int) -> Iterator[Viola
     c, d = stack.beside[j] if stack.side[i, 0] == stack.side[j, 0] * way else stack.beside[j][::-1]
     if not (stack.overlapping[a, c] and stack.overlapping[b, d]):
         return
-    if (stack.rank[a] < stack.rank[c]) != (stack.rank[b] < stack.rank[d]):
+    stretch = stack.stretch(i, j)
+    crossed = (stack.rank[a] < stack.rank[c]) != (stack.rank[b] < stack.rank[d])
+    if crossed and stack.meet((a, c), stretch) and stack.meet((b, d), stretch):
         yield _crossing(stack, "tortilla-tortilla", (a, b, c, d), (i, j), "cross")
