@@ -1,6 +1,8 @@
 """FOLD files: what we write, that we read it back exactly, and files from elsewhere."""
 
 import json
+from contextlib import suppress
+from math import dist
 from typing import Any
 
 import pytest
@@ -21,6 +23,7 @@ from folding_server.simulator import (
     unfold,
 )
 from folding_server.simulator.foldability import check_pattern
+from folding_server.simulator.foldability.flat_faces import lay_flat
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import FIGURES, RECORDED, figure, random_paper, states
@@ -310,10 +313,10 @@ BROKEN = {
     "a missing vertex": (SQUARE | {"edges_vertices": [[0, 9]], "edges_assignment": ["B"]}, "number 9"),
     "an unknown letter": (SQUARE | {"edges_assignment": ["B", "B", "B", "B", "X"]}, "edges_assignment.4"),
     "too few letters": (SQUARE | {"edges_assignment": ["B"]}, "1 entries where 5"),
-    "crossing edges": (
+    "a mountain on a valley": (
         SQUARE
-        | {"edges_vertices": [*SQUARE["edges_vertices"], [1, 3]], "edges_assignment": ["B"] * 4 + ["V"] * 2},
-        "cross where there is no vertex",
+        | {"edges_vertices": [*SQUARE["edges_vertices"], [2, 0]], "edges_assignment": ["B"] * 4 + ["V", "M"]},
+        "A mountain and a valley lie on top of each other",
     ),
     "a cut": (SQUARE | {"edges_assignment": ["B", "B", "B", "B", "C"]}, "cut edges"),
     "three dimensions": (
@@ -372,3 +375,152 @@ def test_our_own_file_changed_by_another_program_is_refused() -> None:
     document["folding:record"]["order"].append(99)
     with pytest.raises(ProgramError, match="does not fit"):
         read_fold(document)
+
+
+def recorded_document(path: Any) -> dict[str, Any]:
+    """The final state of a published result as a FOLD file: its vertices, edges, and its pairs as +1 face orders."""
+    final = json.loads(path.read_text(encoding="utf-8"))["final"]
+    sheet, lies = ([vertex[name] for vertex in final["vertices"]] for name in ("sheet", "folded"))
+    pattern = {
+        "vertices_coords": sheet,
+        "edges_vertices": [[sheet.index(end) for end in edge["sheet"]] for edge in final["edges"]],
+        "edges_assignment": [{"boundary": "B", "flat": "F", "folded": "U"}[edge["kind"]] for edge in final["edges"]],
+    }
+    faces = [list(cycle) for cycle in read_crease_pattern(pattern).faces]
+    middles = [mean([sheet[v] for v in cycle]) for cycle in faces]
+
+    def number(middle: list[float]) -> int:
+        return min(range(len(faces)), key=lambda i: dist(middles[i], middle))
+
+    orders = [[number(upper), number(lower), 1] for upper, lower in final["over"]]
+    flat = {"frame_classes": ["creasePattern"], "vertices_coords": sheet, "frame_inherit": True, "frame_parent": 0}
+    folded = {"frame_classes": ["foldedForm"], "vertices_coords": lies, "faces_vertices": faces, "faceOrders": orders}
+    return pattern | folded | {"file_frames": [flat]}
+
+
+def mean(points: list[list[float]]) -> tuple[float, float]:
+    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
+
+
+@pytest.mark.parametrize("path", RECORDED, ids=lambda path: path.stem)
+def test_published_results_name_the_upper_face_first_as_the_model_is_seen(path: Any) -> None:
+    """Of the conventions only one makes of their pairs the state that their actions lead to."""
+    document, folded = recorded_document(path), recorded_paper(path)
+    places = [mean([document["file_frames"][0]["vertices_coords"][v] for v in f]) for f in document["faces_vertices"]]
+    fitting = set()
+    for convention in FaceOrders:
+        with suppress(ProgramError):
+            if by_place(read_fold(document, convention), places) == by_place(folded, places):
+                fitting.add(convention)
+    assert fitting == {FaceOrders.VIEWER}
+
+
+def by_place(paper: Paper, places: list[tuple[float, float]]) -> tuple[set[int], set[tuple[int, int]]]:
+    """Sides up and layers, each face named by the nearest of the places on the sheet."""
+    name = {
+        f: min(range(len(places)), key=lambda i: dist(places[i], mean(paper.sheet_polygon(f)))) for f in paper.faces
+    }
+    over = {(name[low], name[high]) for low, high in overlapping_pairs(paper)}
+    return {name[f] for f in paper.faces if paper.back_up(f)}, over
+
+
+def test_face_orders_that_contradict_the_letters_are_refused() -> None:
+    document = without_record(fold_document(fold(flip(new_paper(), "x"), (4, 2), 1)))
+    assert document["edges_assignment"].count("M") == 1
+    document["faceOrders"] = [[f, g, -sign] for f, g, sign in document["faceOrders"]]
+    with pytest.raises(ProgramError, match=r"Edge \d-\d .* has the letter M, but its face orders make it V"):
+        read_fold(document)
+
+
+def test_layers_that_would_cross_are_refused_and_named() -> None:
+    document = without_record(fold_document(quarter()))
+    document["edges_assignment"] = ["U" if letter in "MV" else letter for letter in document["edges_assignment"]]
+    assert stacking(read_fold(document)) == stacking(quarter())
+    first, second, third, last = (list(quarter().faces).index(face) for face in quarter().order)
+    wrong = [first, third, second, last]
+    document["faceOrders"] = [[high, low, 1] for i, low in enumerate(wrong) for high in wrong[i + 1 :]]
+    with pytest.raises(ProgramError, match=r"Layers of the FOLD file cross each other: its faces \d, \d"):
+        read_fold(document, FaceOrders.VIEWER)
+
+
+def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
+    """As some programs write it: every face with corners of its own, every edge once for each face beside it."""
+    paper = quarter()
+    document = without_record(fold_document(paper))
+    pattern = document["file_frames"][0]
+    corners = [v for cycle in document["faces_vertices"] for v in cycle]
+    letter = {
+        frozenset(edge): letter
+        for edge, letter in zip(document["edges_vertices"], document["edges_assignment"], strict=True)
+    }
+    apart = {"faces_vertices": [], "edges_vertices": [], "edges_assignment": []}
+    for cycle in document["faces_vertices"]:
+        start = sum(map(len, apart["faces_vertices"]))
+        own = list(range(start, start + len(cycle)))
+        apart["faces_vertices"].append(own)
+        apart["edges_vertices"] += [list(side) for side in zip(own, own[1:] + own[:1], strict=True)]
+        apart["edges_assignment"] += [letter[frozenset(side)] for side in zip(cycle, cycle[1:] + cycle[:1], strict=True)]
+    soup = apart | {
+        "frame_classes": ["foldedForm"],
+        "faceOrders": document["faceOrders"],
+        "vertices_coords": [[c + 1e-9 * i for c in document["vertices_coords"][v]] for i, v in enumerate(corners)],
+        "file_frames": [{**pattern, "vertices_coords": [pattern["vertices_coords"][v] for v in corners]}],
+    }
+    again = read_fold(soup)
+    assert len(again.places) == len(paper.places)
+    assert sorted(letters(again)) == sorted(letters(paper))
+    assert stacking(again) == stacking(paper)
+    assert check_pattern(read_crease_pattern(soup)).foldable
+
+
+def test_vertices_at_one_place_of_the_sheet_that_lie_apart_when_folded_are_a_cut() -> None:
+    document = without_record(fold_document(quarter()))
+    document["vertices_coords"].append([0.3, 0.3])
+    document["file_frames"][0]["vertices_coords"].append(list(document["file_frames"][0]["vertices_coords"][0]))
+    with pytest.raises(ProgramError, match="Vertices 0 and 9 .* apart when folded, so the sheet is cut there"):
+        read_fold(document)
+
+
+def test_a_face_whose_corners_fall_together_is_refused() -> None:
+    flat = SQUARE | {"vertices_coords": [*SQUARE["vertices_coords"], [0, 1e-9]], "faces_vertices": [[0, 4, 1], [1, 2, 3]]}
+    with pytest.raises(ProgramError, match="Face 0 .* no area"):
+        read_crease_pattern(flat)
+
+
+def test_edges_that_cross_or_end_on_others_are_cut_where_no_faces_are_given() -> None:
+    loose = {
+        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [0.5, 1], [0, 0.5], [1, 0.5]],
+        "edges_vertices": [[0, 1], [1, 2], [2, 3], [0, 3], [4, 5], [6, 7]],
+    }
+    pattern = read_crease_pattern(loose)
+    assert (len(pattern.vertices), len(pattern.edges), len(pattern.faces)) == (9, 12, 4)
+    assert sorted(pattern.letters) == ["B"] * 8 + ["U"] * 4
+    assert check_pattern(pattern).states == 8
+
+
+def test_edges_that_cross_are_refused_where_a_folded_form_goes_by_their_vertices() -> None:
+    crossing = SQUARE | {"edges_vertices": [*SQUARE["edges_vertices"], [1, 3]], "edges_assignment": ["B"] * 4 + ["V"] * 2}
+    folded = {"frame_classes": ["foldedForm"], "frame_inherit": True, "frame_parent": 0}
+    with pytest.raises(ProgramError, match="cross where there is no vertex"):
+        read_fold(crossing | {"frame_classes": ["creasePattern"], "file_frames": [folded]})
+
+
+def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_is_checked() -> None:
+    twist = SHARED / "flatfold" / "patterns" / "c_twist6_b40.fold"
+    pattern = read_crease_pattern(twist.read_text(encoding="utf-8"))
+    report, flat = check_pattern(pattern, cap=1), lay_flat(pattern)
+    lies = {v: point for cycle, outline in zip(pattern.cycles, flat.outlines, strict=True)
+            for v, point in zip(cycle, outline.tolist(), strict=True)}
+    document = {
+        "frame_classes": ["foldedForm"],
+        "vertices_coords": [lies[v] for v in range(len(pattern.vertices))],
+        "edges_vertices": pattern.edges,
+        "edges_assignment": pattern.letters,
+        "faces_vertices": pattern.cycles,
+        "faceOrders": [[high, low, 1] for low, high in report.lying],
+    }
+    with pytest.raises(ProgramError, match="circle"):
+        read_fold(document, FaceOrders.VIEWER)
+    again = check_pattern(read_crease_pattern(document))
+    assert again.foldable
+    assert again.stack is None

@@ -146,7 +146,7 @@ def simulate(
     program: ProgramFile,
     state: Annotated[Path | None, _file("the final state as JSON")] = None,
     fold: Annotated[Path | None, _file("the final state as FOLD")] = None,
-    cp: Annotated[Path | None, _file("the crease pattern: FOLD, or a drawing if FILE ends in .svg")] = None,
+    cp: Annotated[Path | None, _file("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")] = None,
     svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
     png: Annotated[Path | None, _file("the diagram as PNG")] = None,
     every_step: Annotated[
@@ -155,16 +155,18 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Run a folding program and write what it leads to."""
+    from folding_server.interchange.pattern_files import pattern_text
     from folding_server.simulate import simulate as run
     from folding_server.simulator import folded_state
 
     folding = _program(program)
     paper = run(folding, every_step, say=None if as_json else typer.echo)
-    drawing: ExportFormat = "crease-pattern-svg" if cp and cp.suffix.lower() == ".svg" else "crease-pattern"
-    wanted: dict[ExportFormat, Path | None] = {"fold": fold, drawing: cp, "svg": svg, "png": png}
+    wanted: dict[ExportFormat, Path | None] = {"fold": fold, "svg": svg, "png": png}
     written: dict[str, str] = {
         kind: _write(file, _exported(paper, kind, folding)) for kind, file in wanted.items() if file
     }
+    if cp:
+        written["crease-pattern"] = _write(cp, pattern_text(paper, cp.suffix, folding.name))
     if state:
         written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
@@ -179,21 +181,25 @@ def simulate(
 
 @app.command()
 def check(
-    pattern: Annotated[Path, typer.Argument(metavar="FILE.fold", help="A crease pattern as FOLD.")],
+    pattern: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita.")
+    ],
     as_json: Json = False,
 ) -> None:
     """Check whether a crease pattern folds flat; exit 1 if it does not."""
-    from folding_server.interchange.fold_reading import read_crease_pattern
+    from folding_server.interchange.pattern_files import place_in_file, read_pattern
     from folding_server.simulator.foldability import check_pattern
     from folding_server.tools.findings import foldability
 
-    found = foldability(check_pattern(read_crease_pattern(_text(pattern))))
+    creases = read_pattern(_text(pattern), pattern.suffix)
+    found = foldability(check_pattern(creases))
     if as_json:
         _print_json(found.model_dump(mode="json"))
     else:
         typer.echo(found.reason)
         for violation in found.violations:
-            typer.echo(f"vertex {violation.vertex}: {violation.condition}: {violation.detail}")
+            place = place_in_file(creases, violation.vertex, pattern.suffix)
+            typer.echo(f"vertex {violation.vertex} at {place}: {violation.condition}: {violation.detail}")
     if not found.foldable:
         raise typer.Exit(1)
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
+from folding_server.interchange.arrangement import DrawnLine, arranged
 from folding_server.interchange.crease_pattern import LETTERS, counterclockwise
 from folding_server.interchange.flat_motions import (
     ROUNDED,
@@ -18,8 +19,10 @@ from folding_server.interchange.flat_motions import (
     unfolded,
 )
 from folding_server.interchange.fold_frames import Frame, read_frames
+from folding_server.interchange.layer_check import check_layers
 from folding_server.interchange.own_record import restored
 from folding_server.interchange.stacking import stacked
+from folding_server.interchange.welding import welded
 from folding_server.simulator.foldability import CreasePattern, Letter, check_pattern
 from folding_server.simulator.foldability.planar import (
     Cycle,
@@ -36,7 +39,8 @@ class FaceOrders(Enum):
     """What the sign in a ``faceOrders`` triple [f, g, s] says. FOLD 1.2 is the default; others are asked for.
 
     ``SPEC``      s = +1: f lies on the side of g that g's normal points to (FOLD 1.2)
-    ``VIEWER``    s = +1: f lies above g as the model is seen, whichever way the faces are turned
+    ``VIEWER``    s = +1: f lies above g as the model is seen, whichever way the faces are turned. The published results
+                  list their pairs this way, the upper face first
     ``REVERSED``  s = +1: f lies below g as the model is seen
     ``FIRST``     as SPEC, but by the normal of f, the first face named
     """
@@ -55,13 +59,13 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
     angles; and
     ``faceOrders``. The sheet is moved and scaled so that its lower left corner is (0, 0) and its width is 1,
     unless a side is 1 already. ProgramError if the file cannot be read, the pattern does not fold flat as its
-    letters say, or the order of overlapping faces is not given.
+    letters say, or the order of overlapping faces is not given, contradicts the letters or makes layers cross.
     """
     frames = read_frames(source)
     for frame in frames:
         if frame.record is not None:
             return restored(frame, _frame_of(frames, "creasePattern") or frame)
-    return _foreign(frames, face_orders)
+    return _foreign(welded(frames), face_orders)
 
 
 def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
@@ -71,11 +75,11 @@ def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
     else from the folded form by unfolding it; faces are computed where there are none. ProgramError if
     the file cannot be read.
     """
-    frames = read_frames(source)
+    frames = welded(read_frames(source))
     frame = _frame_of(frames, "creasePattern")
     if frame is None and frames[0].of_class("foldedForm"):
         return unfolded(_pattern(frames[0], turned=True))
-    return _pattern(frame or frames[0])
+    return _pattern(frame or frames[0], alone=True)
 
 
 def fold_flat(pattern: CreasePattern) -> Paper:
@@ -128,7 +132,9 @@ def _foreign(frames: list[Frame], convention: FaceOrders) -> Paper:
         motions = motions_by_folding(pattern)
     relation = _relation(sources.orders, motions, convention)
     ids = sources.orders.vertex_ids or list(range(1, len(pattern.vertices) + 1))
-    return stacked(pattern, motions, relation, ids)
+    paper = stacked(pattern, motions, relation, ids)
+    check_layers(paper, pattern, ids)
+    return paper
 
 
 def _flat_pattern(sources: _Sources) -> CreasePattern:
@@ -138,7 +144,7 @@ def _flat_pattern(sources: _Sources) -> CreasePattern:
         assert folded is not None
         return unfolded(_pattern(folded, turned=True))
     if folded is None or not folded.faces_vertices:
-        return _pattern(flat)
+        return _pattern(flat, alone=folded is None)
     if len(folded.vertices_coords) != len(flat.vertices_coords) or (
         flat.faces_vertices
         and [set(f) for f in flat.faces_vertices] != [set(f) for f in folded.faces_vertices]
@@ -155,8 +161,11 @@ def _points(frame: Frame) -> list[Point]:
     return [(point[0], point[1]) for point in frame.vertices_coords]
 
 
-def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
-    """The mesh of a frame. The faces of a folded form (``turned``) may run either way and stay so."""
+def _pattern(frame: Frame, *, turned: bool = False, alone: bool = False) -> CreasePattern:
+    """The mesh of a frame. The faces of a folded form (``turned``) may run either way and stay so.
+
+    Where a crease pattern stands ``alone`` and has no faces, its edges are lines on a sheet and are cut where they meet.
+    """
     points = _points(frame)
     if len(points) < 3 or not frame.edges_vertices:
         raise ProgramError("The FOLD file has no vertices_coords or no edges_vertices; both are needed.")
@@ -168,6 +177,8 @@ def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
     if "C" in frame.letters():
         raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
     letters = tuple(LETTERS[letter] for letter in frame.letters())
+    if alone and not frame.faces_vertices and not _is_mesh(points, edges, letters):
+        return _drawn(points, edges, letters)
     faces = tuple(tuple(cycle) for cycle in frame.faces_vertices) or _faces_between(
         points, edges, turned=turned
     )
@@ -176,6 +187,26 @@ def _pattern(frame: Frame, *, turned: bool = False) -> CreasePattern:
     return CreasePattern(
         tuple(points), edges, _with_boundary(edges, letters, faces), faces, tuple(frame.vertex_ids)
     )
+
+
+def _is_mesh(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter, ...]) -> bool:
+    """Whether edges meet in common vertices only and every crease divides two faces."""
+    if crossing_edges(points, edges):
+        return False
+    beside = edge_faces(boundary_cycles(points, edges, ()))
+    return all(
+        len(beside.get(edge, ())) == 2 or letter in "BF" for edge, letter in zip(edges, letters, strict=True)
+    )
+
+
+def _drawn(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter, ...]) -> CreasePattern:
+    """The pattern that edges draw which meet outside their vertices: vertices are numbered anew."""
+    lines = [
+        DrawnLine(points[u], points[v], letter) for (u, v), letter in zip(edges, letters, strict=True)
+    ]
+    pattern = arranged(lines)
+    faces = boundary_cycles(pattern.vertices, pattern.edges, ())
+    return replace(pattern, faces=faces, letters=_with_boundary(pattern.edges, pattern.letters, faces))
 
 
 def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool) -> tuple[Cycle, ...]:

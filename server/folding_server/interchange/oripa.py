@@ -1,18 +1,28 @@
 """The crease pattern in the ``.cp`` text form of ORIPA and Oriedita: one line ``type x1 y1 x2 y2`` a crease.
 
-Types: 1 edge of the sheet, 2 mountain, 3 valley, 4 auxiliary (marks and unassigned creases). The longer side
-of the sheet runs from -200 to 200, x to the right and y down, as those programs draw it.
+Types: 1 edge of the sheet, 2 mountain, 3 valley, and any other an auxiliary line that is not folded, of which 4 is
+written. Those programs write the coordinates of their canvas: y runs down (both turn it over when they write DXF, whose
+y runs up), the sheet lies front up, and ORIPA's own sheet runs from -200 to 200.
 """
 
-from folding_server.simulator.foldability import CreasePattern
+from dataclasses import replace
+from math import isfinite
+
+from folding_server.errors import ProgramError
+from folding_server.interchange.arrangement import DrawnLine, arranged
+from folding_server.simulator.foldability import CreasePattern, Letter
 from folding_server.simulator.plane_geometry import Point
 
-LINE_TYPES = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
+LINE_TYPES: dict[Letter, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
+LETTERS: dict[int, Letter] = {1: "B", 2: "M", 3: "V"}
 SPAN = 400.0
 
 
 def oripa_text(pattern: CreasePattern) -> str:
-    """The ``.cp`` file of a crease pattern, in full double precision."""
+    """The ``.cp`` file of a crease pattern, in full double precision; the longer side of the sheet runs from -200 to 200.
+
+    Marks and unassigned creases are auxiliary lines: the format has no others.
+    """
     xs, ys = zip(*pattern.vertices, strict=True)
     middle = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
     scale = SPAN / max(max(xs) - min(xs), max(ys) - min(ys))
@@ -24,6 +34,32 @@ def oripa_text(pattern: CreasePattern) -> str:
         f"{LINE_TYPES[letter]} {point(pattern.vertices[u])} {point(pattern.vertices[v])}\n"
         for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True)
     )
+
+
+def read_oripa(text: str) -> CreasePattern:
+    """The crease pattern of a ``.cp`` file, y turned up and otherwise in the file's units.
+
+    Lines may cross, touch and repeat each other: they are cut where they meet, and vertices are numbered in the order
+    in which the file comes to them. Auxiliary lines are marks (F). ProgramError names the line that cannot be read.
+    """
+    lines = [_drawn(number, row.split()) for number, row in enumerate(text.splitlines(), 1) if row.strip()]
+    if not lines:
+        raise ProgramError("The .cp file has no lines; each should read: type x1 y1 x2 y2.")
+    pattern = arranged(lines)
+    return replace(pattern, vertices=tuple((x, 0.0 - y) for x, y in pattern.vertices))
+
+
+def _drawn(number: int, fields: list[str]) -> DrawnLine:
+    try:
+        kind, (x1, y1, x2, y2) = int(fields[0]), map(float, fields[1:])
+    except ValueError:
+        kind, x1, y1, x2, y2 = 0, *(float("nan"),) * 4
+    if not all(map(isfinite, (x1, y1, x2, y2))):
+        raise ProgramError(
+            f"Line {number} of the .cp file reads {' '.join(fields)[:60]!r}; it should be a whole number, the type, and "
+            "four numbers: x1 y1 x2 y2."
+        )
+    return DrawnLine((x1, y1), (x2, y2), LETTERS.get(kind, "F"))
 
 
 def _plain(value: float) -> str:
