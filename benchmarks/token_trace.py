@@ -79,7 +79,7 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
         await server.start()
         try:
             info = await server.open_run(sequence.name)
-            settings = Settings(frugal=False)
+            settings = Settings(tools="all", keep_images=True, keep_results=True, full_descriptions=True)
             cast = Cast(agent, critic, None, None)
             colors = (info.front_color, info.back_color)
             info = await make_worker(cast, settings, server, recorder, Silent(), colors).run()

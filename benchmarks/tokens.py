@@ -5,11 +5,15 @@ The 140 queries of ``token_trace.py`` (and the critic's, which come on top) are 
 then sent through litellm to a provider on a local port once for each choice of savings, and counted there by the
 rules of ``token_counting.py``. The savings:
 
-summary          every step starts from a fresh context with a text summary; without it, the conversation goes on
-critic_pictures  the critic's four pictures are not sent again to the agent, which has seen their like
-stale_pictures   a picture of which a newer one follows in the step is replaced by one line of text
-tool_names       the system prompt names the tools, whose descriptions the provider shows anyway
-paper_tools      the tools that the paper's agent has, no more (an option, and not among those that are always on)
+summary             every step starts from a fresh context with a text summary; without it, the conversation goes on
+critic_pictures     the critic's four pictures are not sent again to the agent, which has seen their like
+old_pictures        a picture of which a newer one follows in the step is replaced by a line, and so is the film
+                    once the paper has moved
+old_states          of all answers in the step that tell the paper's current state, only the last tells it
+brief_answers       the data of an answer is left out where its short text says the same
+brief_descriptions  tools are described by the first paragraph of their descriptions
+standard_tools      only the paper's tools, ``undo`` and ``compare_to_frame`` are on offer
+paper_tools         the paper's tools, no more (an option, and not among those that are always on)
 
 ``cacheable`` counts the tokens of each request that repeat the beginning of the same role's request before it:
 the most that a provider's cache can find again, caches having lifetimes and least lengths. ``paid`` weighs those by
@@ -33,9 +37,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from folding_client.agent.context import without_stale_pictures  # noqa: E402
-from folding_client.agent.opening import tool_list, tool_names  # noqa: E402
-from folding_client.agent.toolbox import PAPER_TOOLS  # noqa: E402
+from folding_client.agent import offer  # noqa: E402
+from folding_client.agent.savings import in_brief, without_old_pictures, without_old_states  # noqa: E402
 from folding_client.messages import (  # noqa: E402
     Message,
     Reply,
@@ -54,7 +57,15 @@ from providers.openai import OpenAI  # noqa: E402
 from token_counting import RULES, Piece, pieces  # noqa: E402
 from token_trace import Query, record  # noqa: E402
 
-SAVINGS = ("summary", "critic_pictures", "stale_pictures", "tool_names")
+SAVINGS = (
+    "summary",
+    "critic_pictures",
+    "old_pictures",
+    "old_states",
+    "brief_answers",
+    "brief_descriptions",
+    "standard_tools",
+)
 ALL = frozenset(SAVINGS)
 CHOICES = (
     frozenset[str](),
@@ -121,20 +132,35 @@ def sent_with(savings: frozenset[str], queries: Sequence[Query]) -> Iterator[Que
         tools = _offered(query.tools, savings)
         messages = list(query.messages)
         if query.role == "agent":
-            said = tool_names(tools) if "tool_names" in savings else tool_list(tools)
-            messages[0] = system(messages[0].text.replace(tool_list(query.tools), said))
-        if "critic_pictures" in savings:
-            messages = [
-                replace(each, pictures=()) if each.tool == "ask_critic" else each for each in messages
-            ]
-        if "stale_pictures" in savings:
-            messages = without_stale_pictures(messages)
-        yield replace(query, messages=tuple(messages), tools=tools)
+            listed = offer.tool_list(query.tools), offer.tool_list(tools)
+            messages[0] = system(messages[0].text.replace(*listed))
+        yield replace(query, messages=tuple(_saved(messages, savings)), tools=tools)
+
+
+def _saved(messages: list[Message], savings: frozenset[str]) -> list[Message]:
+    if "critic_pictures" in savings:
+        messages = [replace(each, pictures=()) if each.tool == "ask_critic" else each for each in messages]
+    if "brief_answers" in savings:
+        messages = [_in_brief(each) for each in messages]
+    if "old_states" in savings:
+        messages = without_old_states(messages)
+    return without_old_pictures(messages) if "old_pictures" in savings else messages
+
+
+def _in_brief(message: Message) -> Message:
+    result = ToolResult(message.text, message.structured, is_error=message.is_error, detail=message.detail)
+    brief = in_brief(message.tool or "", result)
+    return replace(message, text=brief.text, detail=brief.detail)
 
 
 def _offered(tools: tuple[ToolSpec, ...], savings: frozenset[str]) -> tuple[ToolSpec, ...]:
-    kept = {*PAPER_TOOLS, "ask_critic"} if "paper_tools" in savings else {tool.name for tool in tools}
-    return tuple(tool for tool in tools if tool.name in kept)
+    kept = {tool.name for tool in tools}
+    if "standard_tools" in savings:
+        kept = {*offer.STANDARD_TOOLS, "ask_critic"}
+    if "paper_tools" in savings:
+        kept = {*offer.PAPER_TOOLS, "ask_critic"}
+    chosen = [tool for tool in tools if tool.name in kept]
+    return tuple(map(offer.in_brief, chosen) if "brief_descriptions" in savings else chosen)
 
 
 def _one_conversation(queries: Sequence[Query]) -> Iterator[Query]:

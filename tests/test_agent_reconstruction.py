@@ -1,6 +1,7 @@
 """Whole reconstructions by a scripted provider: through litellm, real HTTP, and the real folding server."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,8 @@ from client_runs import (
     save,
     solved,
 )
+from folding_client.agent.offer import PAPER_TOOLS
+from folding_prompts import tool_description
 from providers.anthropic import Anthropic
 from providers.base import Provider, Says
 from providers.gemini import Gemini
@@ -29,6 +32,7 @@ MODEL = "litellm/openai/gpt-4o"
 CAT = figure("d_cat")
 DIAGONAL = {"action": "fold", "edge": [4, 2], "direction": -1}
 OTHER_WAY = {"action": "fold", "edge": [4, 2], "direction": 1}
+LOOK = Says(calls=[("get_current_state", {})])
 OVERVIEW = Says(
     json.dumps(
         {
@@ -234,12 +238,68 @@ def test_an_anchor_is_asked_for_when_a_fold_is_judged(tmp_path: Path) -> None:
 def test_superseded_pictures_are_sent_once_unless_asked_otherwise(tmp_path: Path) -> None:
     draw = Says(calls=[("render_current", {})])
     sent = {}
-    for frugal in (True, False):
+    for keep in (False, True):
         turns = [save(1), draw, draw, act(CAT[0][0]), draw, ask(2, "rotate"), MATCH, save(2)]
         with OpenAI(*turns) as provider:
-            run(2, tmp_path / str(frugal), model=MODEL, frugal=frugal, api_base=provider.url)
-        sent[frugal] = str(provider.received[-1]).count("data:image/")
-        about = str(provider.received[0]["messages"][0]["content"])
-        assert "`view_frame`" in about or "`view_frame(frame)`" in about
-        assert ("Show the photo of a keyframe" in about) is not frugal
-    assert sent == {True: 1, False: 3 + 4}
+            run(2, tmp_path / str(keep), model=MODEL, keep_images=keep, api_base=provider.url)
+        sent[keep] = str(provider.received[-1]).count("data:image/")
+    assert sent == {False: 1, True: 3 + 4}
+
+
+def test_the_film_is_left_out_once_the_paper_has_moved_unless_images_are_kept(tmp_path: Path) -> None:
+    sent = {}
+    for keep in (False, True):
+        turns = [save(1), Says(calls=[("observe_movement", {"frame": 2})]), LOOK, act(CAT[0][0]), save(2)]
+        with OpenAI(*turns) as provider:
+            run(2, tmp_path / str(keep), model=MODEL, keep_images=keep, api_base=provider.url)
+        sent[keep] = [str(body).count("data:image/") for body in provider.received[2:]]
+    assert sent == {False: [1, 1, 0], True: [1, 1, 1]}
+
+
+def test_only_the_newest_state_is_told_in_full_unless_results_are_kept(tmp_path: Path) -> None:
+    sent = {}
+    for keep in (False, True):
+        two = Says(calls=calls(*[{"action": "add_vertex", "edge": [1, 2], "position": 0.5}, CAT[0][0]]))
+        with OpenAI(save(1), LOOK, two, LOOK, save(2)) as provider:
+            run(2, tmp_path / str(keep), model=MODEL, keep_results=keep, api_base=provider.url)
+        told = [str(body["messages"]).count('"vertices":') for body in provider.received]
+        sent[keep] = [count - told[0] for count in told]
+        answers = [
+            message["content"] for message in provider.received[-1]["messages"] if message["role"] == "tool"
+        ]
+        assert all(answer.startswith(("Done: ", "4 vertices", "5 vertices")) for answer in answers)
+        assert ("run_id" in str(answers)) is keep
+    assert sent == {False: [0, 0, 1, 1, 1], True: [0, 0, 1, 3, 4]}
+
+
+@pytest.mark.parametrize("tools", [None, "paper", "all"])
+def test_the_system_prompt_says_of_every_tool_on_offer_what_it_is_for(
+    tmp_path: Path, tools: str | None
+) -> None:
+    with OpenAI(save(1), act(CAT[0][0]), save(2)) as provider:
+        run(2, tmp_path / "run", model=MODEL, tools=tools, api_base=provider.url)
+    body = provider.received[0]
+    described = {tool["function"]["name"]: tool["function"]["description"] for tool in body["tools"]}
+    section = body["messages"][0]["content"].partition("# Tools")[2].partition("\n# ")[0]
+    listed = dict(re.findall(r"^\* `(\w+)`: (.+)\.$", section, re.MULTILINE))
+    assert listed.keys() == described.keys()
+    assert all(described[name].startswith(line) for name, line in listed.items())
+    assert described.keys() >= PAPER_TOOLS | {"ask_critic"}
+    assert {None: 16, "paper": 14, "all": 22}[tools] == len(described)
+
+
+def test_tools_that_are_not_on_offer_are_not_carried_out(tmp_path: Path) -> None:
+    with OpenAI(save(1), Says(calls=[("undo", {})]), act(CAT[0][0]), save(2)) as provider:
+        run(2, tmp_path / "run", model=MODEL, tools="paper", api_base=provider.url)
+    assert "no tool 'undo'" in provider.received[2]["messages"][-1]["content"]
+
+
+def test_descriptions_are_sent_in_brief_unless_asked_otherwise(tmp_path: Path) -> None:
+    described = {}
+    for full in (False, True):
+        with OpenAI(save(1), act(CAT[0][0]), save(2)) as provider:
+            run(2, tmp_path / str(full), model=MODEL, full_descriptions=full, api_base=provider.url)
+        tools = {tool["function"]["name"]: tool["function"] for tool in provider.received[0]["tools"]}
+        described[full] = tools["fold"]["description"]
+    assert described[True] == tool_description("fold")
+    assert described[False] == tool_description("fold").split("\n\n")[0].replace("\n", " ")

@@ -145,6 +145,18 @@ def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
     assert "holds a run already" in taken.stderr
 
 
+def test_settings_of_another_version_are_refused_in_one_sentence(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    command("run", sequence(2), "--model", script(tmp_path, [save(1)]), "--out", run, "--server-url", server_url())
+    about = json.loads((run / "run.json").read_text())
+    about["settings"]["given"]["no_such_setting"] = True
+    (run / "run.json").write_text(json.dumps(about))
+    refused = command("run", "--resume", run)
+    assert refused.returncode == 2
+    assert "no_such_setting" in refused.stderr
+    assert len(refused.stderr.strip().splitlines()) == 1
+
+
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(
     tmp_path: Path, kind: signal.Signals

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 from folding_client.agent.calls import checked_arguments
-from folding_client.agent.context import StepContext, without_stale_pictures
+from folding_client.agent.context import StepContext
+from folding_client.agent.savings import Kept, without_old_pictures
 from folding_client.batch import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolSpec, user
@@ -95,7 +96,7 @@ def test_only_the_newest_picture_of_a_subject_is_sent() -> None:
         user("and?"),
         shown("diagram", "photo of frame 2"),
     ]
-    sent = without_stale_pictures(messages)
+    sent = without_old_pictures(messages)
     assert [[picture.subject for picture in message.pictures] for message in sent] == [
         ["photo of frame 1"],
         [],
@@ -108,14 +109,14 @@ def test_only_the_newest_picture_of_a_subject_is_sent() -> None:
 @given(st.lists(st.lists(st.sampled_from("abcd"), max_size=3, unique=True), max_size=8))
 def test_leaving_pictures_out_keeps_every_subject_and_message(groups: list[list[str]]) -> None:
     messages = [shown(*group) for group in groups]
-    sent = without_stale_pictures(messages)
+    sent = without_old_pictures(messages)
     assert len(sent) == len(messages)
     kept = [picture.subject for message in sent for picture in message.pictures]
     assert sorted(kept) == sorted({subject for group in groups for subject in group})
 
 
 def test_a_context_knows_what_was_sent_before() -> None:
-    context = StepContext([user("one"), user("two")], frugal=True)
+    context = StepContext([user("one"), user("two")], Kept())
     assert context.to_send()[1] == 0
     context.append(user("three"))
     assert context.to_send()[1] == 2

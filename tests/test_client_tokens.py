@@ -27,11 +27,15 @@ from token_trace import Query, script
 from tokens import ALL, sent_with
 
 TOOLS = (
-    ToolSpec("view_frame", "Show a photo.\n\nMore.", {}),
+    ToolSpec("view_frame", "Show a photo. It is small.\n\nMore.", {}),
     ToolSpec("propose_actions", "Propose.", {}),
+    ToolSpec("undo", "Take back.", {}),
     ToolSpec("ask_critic", "Ask.", {}),
 )
-LISTED = "- `view_frame()`: Show a photo.\n- `propose_actions()`: Propose.\n- `ask_critic()`: Ask."
+LISTED = (
+    "* `view_frame`: Show a photo.\n* `propose_actions`: Propose.\n* `undo`: Take back.\n* `ask_critic`: Ask."
+)
+STATE = '{"run_id":"r","state":{}}'
 
 
 @pytest.mark.parametrize(
@@ -80,18 +84,22 @@ def test_every_part_of_a_request_is_counted_once() -> None:
 def said(call: str, *pictures: str) -> list[Message]:
     """A reply that calls a tool, and the result with its pictures."""
     made = ToolCall("c", call, "{}")
-    return [
-        answered(Reply(tool_calls=(made,))),
-        tool_answer(made, ToolResult("Done.", None, tuple(map(photo, pictures)))),
-    ]
+    data = {"run_id": "r", "state": {}}
+    result = ToolResult(f"Done.\n{STATE}", data, tuple(map(photo, pictures)), detail=STATE)
+    return [answered(Reply(tool_calls=(made,))), tool_answer(made, result)]
 
 
 def two_steps() -> list[Query]:
     """A first step of one query, and the two last queries of a second, with the critic's in between."""
     about = system(f"You fold.\n{LISTED}\nBe exact.")
     save = Reply(tool_calls=(ToolCall("c", "save_checkpoint", "{}"),))
-    second = [about, user("Frame 1: flat square."), *said("render_current", "diagram")]
-    third = [*second, *said("ask_critic", "photo of frame 1"), *said("render_current", "diagram")]
+    second = [about, user("Frame 1: flat square."), *said("render_current", "diagram"), *said("flip")]
+    third = [
+        *second,
+        *said("ask_critic", "photo of frame 1"),
+        *said("render_current", "diagram"),
+        *said("flip"),
+    ]
     return [
         Query("agent", (about, user("Begin.")), TOOLS, save),
         Query("agent", (about, user("Frame 1: flat square.")), TOOLS, save),
@@ -109,31 +117,45 @@ def shown(query: Query) -> list[list[str]]:
 
 def test_without_a_saving_the_conversation_goes_on_with_all_its_pictures() -> None:
     sent = list(sent_with(frozenset(), two_steps()))
-    assert [len(query.messages) for query in sent] == [2, 5, 7, 2, 11]
+    assert [len(query.messages) for query in sent] == [2, 5, 9, 2, 15]
     texts = [message.text for message in sent[1].messages]
     assert texts[1] == "Begin."
     assert texts[3] == "Saved."
     assert "(as above)" in texts[4]
     assert "flat square" not in texts[4]
-    assert shown(sent[4])[1:] == [["diagram"], ["photo of frame 1"], ["diagram"]]
-    assert sent[4].messages[:7] == sent[2].messages
+    assert shown(sent[4])[1:] == [["diagram"], [], ["photo of frame 1"], ["diagram"], []]
+    assert sent[4].messages[:9] == sent[2].messages
 
 
 def test_each_saving_leaves_out_its_own() -> None:
     queries = two_steps()
     summary = list(sent_with(frozenset({"summary"}), queries))
     assert [query.messages for query in summary] == [query.messages for query in queries]
-    stale = list(sent_with(frozenset({"summary", "stale_pictures"}), queries))
-    assert shown(stale[4]) == [[], ["photo of frame 1"], ["diagram"]]
+    old = list(sent_with(frozenset({"summary", "old_pictures"}), queries))
+    assert shown(old[4]) == [[], [], ["photo of frame 1"], ["diagram"], []]
     critic = list(sent_with(frozenset({"summary", "critic_pictures"}), queries))
-    assert shown(critic[4]) == [["diagram"], [], ["diagram"]]
+    assert shown(critic[4]) == [["diagram"], [], [], ["diagram"], []]
     assert critic[3].messages == queries[3].messages
-    names = list(sent_with(frozenset({"summary", "tool_names"}), queries))
-    assert "Show a photo" not in names[0].messages[0].text
-    assert "`propose_actions`" in names[0].messages[0].text
+    states = list(sent_with(frozenset({"summary", "old_states"}), queries))
+    assert [STATE in message.text for message in states[4].messages] == [
+        message.tool in ("render_current", "ask_critic") or index == 11
+        for index, message in enumerate(states[4].messages)
+    ]
+
+
+def test_tools_and_answers_in_brief_are_savings_of_their_own() -> None:
+    queries = two_steps()
+    brief = list(sent_with(frozenset({"summary", "brief_answers"}), queries))
+    told = [message.text for message in brief[4].messages if message.role == "tool"]
+    assert told == ["Done.", 'Done.\n{"state":{}}', 'Done.\n{"state":{}}', "Done.", 'Done.\n{"state":{}}']
+    described = list(sent_with(frozenset({"summary", "brief_descriptions"}), queries))
+    assert described[0].tools[0].description == "Show a photo. It is small."
+    standard = list(sent_with(ALL, queries))
+    assert [tool.name for tool in standard[0].tools] == ["view_frame", "undo", "ask_critic"]
+    assert "`propose_actions`" not in standard[0].messages[0].text
     paper = list(sent_with(ALL | {"paper_tools"}, queries))
     assert [tool.name for tool in paper[0].tools] == ["view_frame", "ask_critic"]
-    assert "propose_actions" not in paper[0].messages[0].text
+    assert "`undo`" not in paper[0].messages[0].text
 
 
 def test_the_script_of_the_heart_is_140_queries_long() -> None:

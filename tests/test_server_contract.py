@@ -28,6 +28,15 @@ def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
         assert tool.parameters["additionalProperties"] is False
 
 
+def test_descriptions_say_the_bounds_that_are_not_sent_to_every_model() -> None:
+    for tool in tools():
+        for name, schema in tool.parameters["properties"].items():
+            for each in (schema, *schema.get("anyOf", ())):
+                for bound in ("minimum", "maximum"):
+                    assert str(each.get(bound, "")) in schema["description"], (tool.name, name, bound)
+            assert "prefixItems" not in schema or schema["description"].startswith("two vertex ids")
+
+
 def test_the_page_about_the_tools_names_them_all_and_no_others() -> None:
     table = (ROOT / "docs" / "tools.md").read_text(encoding="utf-8").partition("## Which run")[0]
     named = re.findall(r"`(\w+)`", table)

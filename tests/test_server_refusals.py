@@ -46,7 +46,7 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
         ("crumple", {}, ["'crumple'", "list_sequences"]),
         ("view_frame", {"frame": 99}, ["99", "4"]),
         ("view_frame", {"frame": 0}, ["frame 0", "from 1"]),
-        ("view_frame", {"frame": "last"}, ['frame "last"', "counted from 1"]),
+        ("view_frame", {"frame": "last"}, ['frame "last"', "from 1"]),
         ("observe_movement", {"frame": 1}, ["frame 1", "2"]),
         ("save_checkpoint", {"frame": 99}, ["99", "1 to 4"]),
         ("save_checkpoint", {"frame": 2, "notes": "n" * 20_000}, ["20000", "10000"]),

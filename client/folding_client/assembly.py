@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from folding_client.agent.loop import Agent, Habits
+from folding_client.agent.savings import Kept
 from folding_client.agent.toolbox import Toolbox
 from folding_client.critic import Critic, GeometricCritic, ModelCritic
 from folding_client.models.base import Model
@@ -112,16 +113,17 @@ def _agent(
         if cast.overview
         else GeometricOverview(server)
     )
+    kept = Kept(settings.keep_images, settings.keep_results, settings.full_descriptions)
     toolbox = Toolbox(
         server,
         make_critic(cast, server, recorder),
         overview,
         recorder,
         colors,
-        paper_only=settings.paper_tools,
-        frugal=settings.frugal,
+        tools=settings.tool_set,
+        kept=kept,
     )
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
-    habits = Habits(settings.failures_per_step, settings.frugal, examples)
+    habits = Habits(settings.failures_per_step, kept, examples)
     return Agent(voice, server, toolbox, make_selector(cast, server, recorder), recorder, progress, habits)

@@ -51,8 +51,10 @@ def run(
     few_shot: options.FewShot = None,
     max_queries: options.MaxQueries = None,
     thinking_budget: options.ThinkingBudget = None,
-    paper_tools: options.PaperTools = None,
-    keep_images: options.KeepImages = False,
+    tools: options.Tools = None,
+    keep_images: options.KeepImages = None,
+    keep_results: options.KeepResults = None,
+    full_descriptions: options.FullDescriptions = None,
     api_base: options.ApiBase = None,
     server_url: options.ServerUrl = None,
     out: options.Out = None,
@@ -62,8 +64,8 @@ def run(
     """Reconstruct a sequence, or go on with a run."""
     given = _settings(
         model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
-        max_queries=max_queries, thinking_budget=thinking_budget, paper_tools=paper_tools,
-        frugal=False if keep_images else None, api_base=api_base, server_url=server_url,
+        max_queries=max_queries, thinking_budget=thinking_budget, tools=tools, keep_images=keep_images,
+        keep_results=keep_results, full_descriptions=full_descriptions, api_base=api_base, server_url=server_url,
     )  # fmt: skip
     job = _job(sequence, out, resume, given)
     with Shown(Console(stderr=True)) as progress:

@@ -25,9 +25,9 @@ class FoldAnchor(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    moving_element: str = Field(min_length=1, description="What moves in this fold.")
-    static_reference: str = Field(min_length=1, description="What stays where it is.")
-    relationship: str = Field(min_length=1, description="How the two lie to each other in the target photo.")
+    moving_element: str = Field(min_length=1, description="what moves")
+    static_reference: str = Field(min_length=1, description="what stays")
+    relationship: str = Field(min_length=1, description="how the two lie to each other in the photo")
 
 
 @dataclass(frozen=True)

@@ -44,12 +44,15 @@ class ToolSpec:
 
 @dataclass(frozen=True)
 class ToolResult:
-    """What a call answered: text and pictures for a model, and the same as data for a program."""
+    """What a call answered: text and pictures for a model, and the same as data for a program. ``detail`` is
+    the part of the text that states the data.
+    """
 
     text: str
     structured: JsonObject | None = None
     pictures: tuple[Picture, ...] = ()
     is_error: bool = False
+    detail: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,9 @@ class Reply:
 
 @dataclass(frozen=True)
 class Message:
-    """One entry of a conversation. A tool message answers the call ``call_id`` of tool ``tool``."""
+    """One entry of a conversation. A tool message answers the call ``call_id`` of tool ``tool``; ``detail`` is
+    the part of its text that states the result's data.
+    """
 
     role: Role
     text: str = ""
@@ -90,6 +95,7 @@ class Message:
     structured: JsonObject | None = None
     is_error: bool = False
     native: JsonObject | None = None
+    detail: str = ""
 
 
 def system(text: str) -> Message:
@@ -117,4 +123,5 @@ def tool_answer(call: ToolCall, result: ToolResult) -> Message:
         tool=call.name,
         structured=result.structured,
         is_error=result.is_error,
+        detail=result.detail,
     )

@@ -13,8 +13,14 @@ VariantName = Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or v
 FewShot = Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")]
 MaxQueries = Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")]
 ThinkingBudget = Annotated[int | None, typer.Option(help="Thinking tokens for one query.")]
-PaperTools = Annotated[bool | None, typer.Option("--paper-tools", help="Offer only the paper's tools.")]
-KeepImages = Annotated[bool, typer.Option("--keep-images", help="Leave nothing out: superseded images go out again, and the tools are listed twice.")]
+Tools = Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")]
+KeepImages = Annotated[
+    bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")
+]
+KeepResults = Annotated[
+    bool | None, typer.Option("--keep-results", help="Send old states again, and answers in full.")
+]
+FullDescriptions = Annotated[bool | None, typer.Option("--full-descriptions", help="Describe tools in full.")]
 ApiBase = Annotated[str | None, typer.Option(help="Address of the model's provider.")]
 ServerUrl = Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from folding_schemas.results import CheckpointRestored, RunInfo
+from pydantic import ValidationError
 
 from folding_client.assembly import Cast, make_cast, make_worker
 from folding_client.connection import ServerAddress
@@ -84,7 +85,16 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
 
 def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Settings:
     """The recorded settings with what is given now; models and variant cannot change."""
-    before = Settings.model_validate(recorded["defaulted"] | recorded["given"])
+    try:
+        before = Settings.model_validate(recorded["defaulted"] | recorded["given"])
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        message = (
+            f"{path} was made with settings that this version does not know ({where}: {first['msg']}); "
+            "start a new run."
+        )
+        raise UsageError(message) from error
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
     for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
         if name in given and given[name] != getattr(before, name):

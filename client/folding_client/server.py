@@ -185,7 +185,9 @@ def tool_result(answer: CallToolResult, name: str, arguments: JsonObject) -> Too
         Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))
         for index, image in enumerate(images)
     )
-    return ToolResult("\n".join(texts), answer.structured_content, pictures, bool(answer.is_error))
+    data = answer.structured_content
+    detail = texts[-1] if data is not None and len(texts) > 1 else ""
+    return ToolResult("\n".join(texts), data, pictures, bool(answer.is_error), detail)
 
 
 def _without_run_id(schema: JsonObject) -> JsonObject:

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from folding_client.models.retries import RetryPolicy
 
+ToolSet = Literal["paper", "standard", "all"]
 Variant = Literal["agent", "vlm-cp", "vlm-s", "vlm-s-c"]
 Role = Literal["agent", "critic", "overview", "selector"]
 ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
@@ -25,8 +26,10 @@ class Settings(BaseModel):
     selector: str | None = None
     variant: Variant = "agent"
     few_shot: bool = False
-    paper_tools: bool = False
-    frugal: bool = True
+    tools: ToolSet | None = None
+    keep_images: bool = False
+    keep_results: bool = False
+    full_descriptions: bool = False
     max_queries: int = Field(default=300, ge=1)
     thinking_budget: int = Field(default=8192, ge=0)
     max_tokens: int = Field(default=16384, ge=1)
@@ -40,6 +43,11 @@ class Settings(BaseModel):
         """The model id for a role."""
         chosen: str | None = self.model if role == "agent" else getattr(self, role)
         return chosen or self.model
+
+    @property
+    def tool_set(self) -> ToolSet:
+        """The tools that a model is offered: all if it decides by itself what to call, else the standard ones."""
+        return self.tools or ("standard" if self.model.startswith("litellm/") else "all")
 
     def described(self) -> dict[str, dict[str, Any]]:
         """The settings as ``run.json`` states them: those given, and those that defaulted."""

@@ -14,7 +14,8 @@ from folding_schemas.results import (
 )
 
 from folding_client.agent.context import StepContext
-from folding_client.agent.opening import opening, tool_list, tool_names
+from folding_client.agent.opening import opening
+from folding_client.agent.savings import Kept
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
@@ -39,12 +40,12 @@ SILENT_REPLIES = 3
 
 @dataclass(frozen=True)
 class Habits:
-    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``frugal``
-    says that pictures and the descriptions of tools are sent no more often than they have to be.
+    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``kept``
+    is what goes out again with every query of a step.
     """
 
-    failures: int = 10
-    frugal: bool = True
+    failures: int
+    kept: Kept
     examples: tuple[Message, ...] = ()
 
 
@@ -108,7 +109,7 @@ class Agent:
 
     async def _converse(self, info: RunInfo) -> None:
         """Query, execute, append, until an interrupt ends the step."""
-        context = StepContext(await self._opening(info), frugal=self._habits.frugal)
+        context = StepContext(await self._opening(info), self._habits.kept)
         silent_from: list[int] = []
         while True:
             reply = await self._query(context)
@@ -234,8 +235,7 @@ class Agent:
                     await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
                 )[0]
         tools = list(self._toolbox.offered.values())
-        said = tool_names(tools) if self._habits.frugal else tool_list(tools)
-        return opening(info, said, self._history, self._habits.examples)
+        return opening(info, tools, self._history, self._habits.examples)
 
 
 def _without(

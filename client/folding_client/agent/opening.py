@@ -8,6 +8,7 @@ from folding_prompts import prompt
 from folding_schemas.actions import Action
 from folding_schemas.results import CheckpointState, RunInfo
 
+from folding_client.agent.offer import tool_list
 from folding_client.messages import Message, ToolSpec, system, user
 
 _ROUTINE = {"action"}
@@ -15,11 +16,11 @@ _ROUTINE = {"action"}
 
 def opening(
     info: RunInfo,
-    tools: str,
+    tools: Sequence[ToolSpec],
     history: Mapping[int, CheckpointState],
     examples: Sequence[Message] = (),
 ) -> list[Message]:
-    """The messages that a step towards ``info.next_frame`` starts with; ``tools`` is what they say of the tools.
+    """The messages that a step towards ``info.next_frame`` starts with; ``tools`` are those on offer.
     Everything up to the examples is the same in every step, so that a provider's cache finds it again.
     """
     about = system(
@@ -27,7 +28,7 @@ def opening(
             "agent/system",
             front=info.front_color,
             back=info.back_color,
-            tools=tools,
+            tools=tool_list(tools),
             budget=info.budget,
         )
     )
@@ -42,19 +43,6 @@ def opening(
         history=summary(info, history),
     )
     return [about, *examples, user(text)]
-
-
-def tool_list(tools: Sequence[ToolSpec]) -> str:
-    """The tools, one a line: name, arguments, first sentence."""
-    return "\n".join(
-        f"- `{tool.name}({', '.join(tool.schema.get('properties', {}))})`: {_first_sentence(tool)}"
-        for tool in tools
-    )
-
-
-def tool_names(tools: Sequence[ToolSpec]) -> str:
-    """The tools by name alone, since providers show their descriptions beside the prompt in any case."""
-    return f"{', '.join(f'`{tool.name}`' for tool in tools)}: each comes with its own description."
 
 
 def summary(info: RunInfo, history: Mapping[int, CheckpointState]) -> str:
@@ -79,10 +67,6 @@ def _frame_line(frame: int, info: RunInfo, state: CheckpointState | None) -> str
         "flat square" if frame == 1 else "no action"
     )
     extras = [f"{info.attempts[frame]} attempts"] if info.attempts.get(frame, 0) > 1 else []
-    extras += [f"restored {info.restores[frame]} times"] if info.restores.get(frame) else []
+    extras += [f"restores: {info.restores[frame]}"] if info.restores.get(frame) else []
     notes = f" Notes: {state.notes}" if state and state.notes else ""
     return f"Frame {frame}: {done}{f' ({chr(44).join(extras)})' if extras else ''}.{notes}"
-
-
-def _first_sentence(tool: ToolSpec) -> str:
-    return tool.description.strip().split("\n\n")[0].replace("\n", " ")

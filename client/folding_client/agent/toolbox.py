@@ -3,42 +3,25 @@
 """
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from folding_prompts import prompt
 from folding_schemas.results import ActionClass, CriticGrid
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from folding_client.agent import offer, savings
 from folding_client.agent.calls import checked_arguments
+from folding_client.agent.savings import Kept
 from folding_client.critic import Critic, CriticCase, FoldAnchor, Judgement
 from folding_client.interrupts import CallRefused, ToolRefused
 from folding_client.messages import JsonObject, ToolCall, ToolResult, ToolSpec
 from folding_client.overview import OverviewCritic
 from folding_client.record.recorder import Recorder
 from folding_client.server import FoldingServer
+from folding_client.settings import ToolSet
 
 FAILURES_BEFORE_OVERVIEW = 3
-NOT_OFFERED = frozenset({"list_sequences", "open_run", "commit_attempt"})
-"""Tools that would leave the run or take a decision that is the controller's."""
-PAPER_TOOLS = frozenset(
-    {
-        "add_vertex",
-        "fold",
-        "unfold",
-        "rotate",
-        "flip",
-        "view_frame",
-        "observe_movement",
-        "get_current_state",
-        "render_current",
-        "save_checkpoint",
-        "restore_checkpoint",
-        "get_checkpoint_state",
-        "generate_checkpoint_overview",
-    }
-)
-"""The tools that the paper's agent has, beside ``ask_critic``."""
 
 
 class AskCritic(BaseModel):
@@ -46,21 +29,18 @@ class AskCritic(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    frame: int = Field(ge=2, description="The frame that the current state should match.")
+    frame: int = Field(ge=2, description="the frame to match, from 2")
     action_classes: list[ActionClass] = Field(
-        min_length=1, description="What happened between the frame before and this one, in order."
+        min_length=1, description="what happened since the frame before, at least one"
     )
-    fold_anchor: FoldAnchor | None = Field(
-        default=None,
-        description="Needed if a fold is among the classes: a relation by which it can be checked.",
-    )
+    fold_anchor: FoldAnchor | None = Field(default=None, description="for a fold: a relation to check it by")
 
 
 class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
-    ``frugal`` leaves the critic's four pictures out of its answer, ``paper_only`` the tools that the paper's
-    agent does not have.
+    ``offered`` holds the tools that may be called, those of the set ``tools`` and ``ask_critic``. Unless they are
+    ``kept``, the critic's four pictures are left out of its answer, and other answers are brief.
     """
 
     def __init__(
@@ -71,22 +51,21 @@ class Toolbox:
         recorder: Recorder,
         colors: tuple[str, str],
         *,
-        paper_only: bool = False,
-        frugal: bool = True,
+        tools: ToolSet,
+        kept: Kept,
     ) -> None:
         self._server = server
         self._critic = critic
         self._overview = overview
         self._recorder = recorder
         self._colors = colors
-        self._frugal = frugal
+        self._kept = kept
         self._failures: dict[int, int] = {}
-        hidden = {spec.name for spec in server.specs()} - PAPER_TOOLS if paper_only else NOT_OFFERED
-        specs = [spec for spec in server.specs() if spec.name not in hidden]
-        specs.append(
-            ToolSpec("ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True)
+        own = ToolSpec(
+            "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
-        self.offered = {spec.name: spec for spec in specs}
+        specs = [*offer.on_offer(server.specs(), tools), own]
+        self.offered = {spec.name: spec if kept.descriptions else offer.in_brief(spec) for spec in specs}
 
     async def execute(self, call: ToolCall) -> ToolResult:
         """The result of one call; a call that cannot be sent, or is refused, is a result that says why."""
@@ -98,6 +77,7 @@ class Toolbox:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
         result = await self._server.call(call.name, arguments, by="agent", call=call)
+        result = result if self._kept.results else savings.in_brief(call.name, result)
         return result if result.is_error else await self._with_advice(call.name, result)
 
     async def _with_advice(self, name: str, result: ToolResult) -> ToolResult:
@@ -135,7 +115,7 @@ class Toolbox:
         text = json.dumps(_verdict(judgement, attempts))
         if judgement.verdict != "MATCH" and self._failures[asked.frame] >= FAILURES_BEFORE_OVERVIEW:
             text += "\n" + prompt("agent/use_overview", frame=asked.frame)
-        shown = () if self._frugal else pictures
+        shown = pictures if self._kept.images else ()
         return ToolResult(text, _verdict(judgement, attempts), shown)
 
 
@@ -164,4 +144,4 @@ def _verdict(judgement: Judgement, attempts: int) -> dict[str, Any]:
 
 
 def _with_text(result: ToolResult, text: str) -> ToolResult:
-    return ToolResult(f"{result.text}\n{text}", result.structured, result.pictures, result.is_error)
+    return replace(result, text=f"{result.text}\n{text}")

@@ -1,23 +1,24 @@
-"""A tool's JSON schema in the words that every provider understands.
+"""A tool's JSON schema in the words that every provider understands, and no more of them than a model needs.
 
 Providers take subsets of JSON schema: Gemini knows no references, tuples or numbered choices, OpenAI wants
 every array to say what it holds. Calls are checked against the full schema, so what is left out here is lost
-to the model's provider only; descriptions say it in prose.
+to the model's provider only; descriptions say it in prose, as they do the bounds of numbers and lengths.
 """
 
 from typing import Any
 
 from folding_client.messages import JsonObject
 
-_KEPT = frozenset(
-    {"type", "description", "properties", "required", "items", "enum", "minimum", "maximum"}
-    | {"minItems", "maxItems", "anyOf"}
-)
+_KEPT = frozenset({"type", "description", "properties", "required", "items", "enum", "anyOf"})
 
 
 def portable(schema: JsonObject) -> JsonObject:
-    """The schema without references, tuples, null alternatives, numbered choices and titles."""
-    return _simple(schema, schema.get("$defs", {}))
+    """The schema of a tool's arguments without references, tuples, null alternatives, numbered choices, titles and a
+    description of its own, since the tool has one.
+    """
+    simple = _simple(schema, schema.get("$defs", {}))
+    simple.pop("description", None)
+    return simple
 
 
 def _simple(schema: JsonObject, definitions: JsonObject) -> JsonObject:
@@ -27,6 +28,8 @@ def _simple(schema: JsonObject, definitions: JsonObject) -> JsonObject:
         kept["items"] = schema["prefixItems"][0]
     if kept.get("type") != "string":
         kept.pop("enum", None)
+    if not kept.get("required"):
+        kept.pop("required", None)
     return {key: _simple_part(key, value, definitions) for key, value in kept.items()}
 
 

@@ -22,10 +22,10 @@ RunId = Annotated[
         description="the id of a run, as open_run answered it; left out, the run opened last in this process"
     ),
 ]
-VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids of the current state, [u, v]")]
+VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids, [u, v]")]
 Crease = Annotated[
     tuple[int, int] | None,
-    Field(description="two vertex ids on the crease to open, [u, v]; left out, the newest fold still folded"),
+    Field(description="two vertex ids on the crease, [u, v]; left out, the newest fold still folded"),
 ]
 Fraction = Annotated[
     float,
@@ -34,14 +34,14 @@ Fraction = Annotated[
 Side = Annotated[
     Direction,
     BeforeValidator(_whole),
-    Field(description="1 (the side above the line moves, or right of an upright one) or -1 (the other side)"),
+    Field(description="1 (the side above the line moves; right of an upright one) or -1 (the other side)"),
 ]
 Degrees = Annotated[
     float,
     Field(allow_inf_nan=False, description="a number of degrees, positive clockwise"),
 ]
 Axis = Annotated[FlipAxis, Field(description="one of x, y, y=x and y=-x")]
-Frame = Annotated[int, Field(ge=1, description="the number of a keyframe, counted from 1")]
+Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1")]
 LaterFrame = Annotated[
-    int, Field(ge=2, description="the number of the later keyframe of a transition, from 2 to the last")
+    int, Field(ge=2, description="the later keyframe's number, from 2")
 ]

@@ -12,7 +12,7 @@ from folding_server.tools.arguments import Frame, LaterFrame, RunId
 from folding_server.tools.desk import Call, desk_of
 from folding_server.tools.pictures import diagram
 
-Labels = Annotated[bool, Field(description="true to write the vertex ids into the diagram")]
+Labels = Annotated[bool, Field(description="true to write the vertex ids in")]
 
 
 def view_frame(call: Call, frame: Frame, run_id: RunId = None) -> Annotated[CallToolResult, FrameView]:

@@ -1,0 +1,56 @@
+"""Which of the server's tools are on offer to the agent, and in how many words."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from folding_client.messages import ToolSpec
+from folding_client.settings import ToolSet
+
+PAPER_TOOLS = frozenset(
+    {
+        "add_vertex",
+        "fold",
+        "unfold",
+        "rotate",
+        "flip",
+        "view_frame",
+        "observe_movement",
+        "get_current_state",
+        "render_current",
+        "save_checkpoint",
+        "restore_checkpoint",
+        "get_checkpoint_state",
+        "generate_checkpoint_overview",
+    }
+)
+"""The tools that the paper's agent has, beside ``ask_critic``."""
+STANDARD_TOOLS = PAPER_TOOLS | {"undo", "compare_to_frame"}
+"""Those, a step back that costs no attempt, and a measure to hold against the critic's word."""
+NOT_OFFERED = frozenset({"list_sequences", "open_run", "commit_attempt"})
+"""Tools that would leave the run or take a decision that is the controller's."""
+
+
+def on_offer(tools: Iterable[ToolSpec], which: ToolSet) -> list[ToolSpec]:
+    """The tools of a set, in their own order."""
+    if which == "all":
+        return [tool for tool in tools if tool.name not in NOT_OFFERED]
+    names = PAPER_TOOLS if which == "paper" else STANDARD_TOOLS
+    return [tool for tool in tools if tool.name in names]
+
+
+def in_brief(tool: ToolSpec) -> ToolSpec:
+    """The tool with the first paragraph of its description: what follows is advice that the system prompt
+    gives too.
+    """
+    return replace(tool, description=_first_paragraph(tool))
+
+
+def tool_list(tools: Sequence[ToolSpec]) -> str:
+    """The tools, one a line: name, and the first sentence of its description."""
+    return "\n".join(
+        f"* `{tool.name}`: {_first_paragraph(tool).split('. ')[0].rstrip('.')}." for tool in tools
+    )
+
+
+def _first_paragraph(tool: ToolSpec) -> str:
+    return tool.description.strip().split("\n\n")[0].replace("\n", " ")
