@@ -80,19 +80,28 @@ def _draw_faces(faces: Sequence[VisibleFace], inks: Palette, view: View) -> list
 
 
 def _ring_path(ring: Iterable[Point], view: View) -> str:
-    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in map(view.pixel, ring)) + "Z"
+    return "M" + "L".join([f"{x:.2f} {y:.2f}" for x, y in view.pixels(ring)]) + "Z"
 
 
 def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], view: View) -> list[Stroke]:
+    mirrored = {face: motion.mirrors for face, motion in paper.isometries.items()}
     strokes = []
     for edge, visible in spans.items():
         beside = paper.edge_faces[edge]
-        top = max((f for f in beside if f in shown), key=paper.rank.__getitem__)
-        motion, back_up = paper.isometries[top], paper.back_up(top)
-        mark = len(beside) == 2 and paper.back_up(beside[0]) == paper.back_up(beside[1])
-        p, q = (view.pixel(motion(paper.places[v])) for v in edge)
-        strokes += [Stroke(between(p, q, start), between(p, q, end), mark, back_up) for start, end in visible]
+        mark = len(beside) == 2 and mirrored[beside[0]] == mirrored[beside[1]]
+        top = _topmost(paper, beside, shown)
+        motion = paper.isometries[top]
+        p, q = view.pixels([motion(paper.places[v]) for v in edge])
+        strokes += [Stroke(between(p, q, start), between(p, q, end), mark, mirrored[top]) for start, end in visible]
     return _without_hidden_marks(strokes)
+
+
+def _topmost(paper: Paper, beside: Sequence[int], shown: set[int]) -> int:
+    """The higher of the faces beside an edge, of those that show."""
+    top, *other = beside
+    if other and other[0] in shown and (top not in shown or paper.rank[other[0]] > paper.rank[top]):
+        return other[0]
+    return top
 
 
 def _without_hidden_marks(strokes: Sequence[Stroke]) -> list[Stroke]:
@@ -133,9 +142,11 @@ def _draw_strokes(strokes: Sequence[Stroke], inks: Palette, unit: float) -> list
     for mark, style in styles:
         for back_up, ink in ((False, inks.front_ink), (True, inks.back_ink)):
             path = "".join(
-                f"M{s.start[0]:.2f} {s.start[1]:.2f}L{s.end[0]:.2f} {s.end[1]:.2f}"
-                for s in strokes
-                if s.mark == mark and s.back_up == back_up
+                [
+                    f"M{s.start[0]:.2f} {s.start[1]:.2f}L{s.end[0]:.2f} {s.end[1]:.2f}"
+                    for s in strokes
+                    if s.mark == mark and s.back_up == back_up
+                ]
             )
             if path:
                 drawn.append(f'<path d="{path}" fill="none" stroke="{ink}" {style}/>')

@@ -21,8 +21,12 @@ class View:
 
     def pixel(self, point: Point) -> Point:
         """Where a point of the table plane lies in the picture."""
-        half, scale = self.size / 2, self.pixels_per_unit
-        return half + (point[0] - self.center[0]) * scale, half - (point[1] - self.center[1]) * scale
+        return self.pixels((point,))[0]
+
+    def pixels(self, points: Iterable[Point]) -> list[Point]:
+        """Where points of the table plane lie in the picture."""
+        half, scale, (left, low) = self.size / 2, self.pixels_per_unit, self.center
+        return [(half + (x - left) * scale, half - (y - low) * scale) for x, y in points]
 
 
 def steady_view(papers: Iterable[Paper], size: float) -> View:
@@ -40,7 +44,7 @@ def steady_view(papers: Iterable[Paper], size: float) -> View:
         _shifted(width / 2, reach, [x for x, _ in points]),
         _shifted(height / 2, reach, [y for _, y in points]),
     )
-    span = max(abs(value - middle) for point in points for value, middle in zip(point, center, strict=True))
+    span = max(max(abs(x - center[0]), abs(y - center[1])) for x, y in points)
     return View(size, (1 - 2 * MARGIN) * size / (2 * max(reach, span)), center)
 
 

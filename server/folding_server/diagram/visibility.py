@@ -22,6 +22,9 @@ EXACT = 1e-9
 TOPMOST = 16
 """How many faces from the top are tried first as covers of whole faces."""
 
+BLOCK = 256
+"""How many faces are held against all others at once."""
+
 Ring = list[Point]
 Span = tuple[float, float]
 Geometries = NDArray[Any]
@@ -50,9 +53,11 @@ def visible_faces(paper: Paper) -> list[VisibleFace]:
     downward = paper.order[::-1]
     outlines = [paper.polygon(face) for face in downward]
     regions, covered, hidden = _uncover(outlines)
+    cut = np.flatnonzero(covered & ~hidden)
+    pieces = dict(zip(cut.tolist(), _parts(regions[cut]), strict=True))
     seen = []
     for i in np.flatnonzero(~hidden).tolist():
-        parts = _parts(regions[i]) if covered[i] else ((outlines[i],),)
+        parts = pieces[i] if covered[i] else ((outlines[i],),)
         if parts:
             seen.append(VisibleFace(downward[i], paper.back_up(downward[i]), parts, not covered[i]))
     return seen[::-1]
@@ -79,11 +84,15 @@ def visible_spans(paper: Paper, faces: Iterable[VisibleFace]) -> Mapping[Edge, l
     return {edge: _merged(found) for edge, found in spans.items()} | wholly
 
 
-def _polygons(outlines: list[Ring]) -> Geometries:
-    sizes = [len(outline) for outline in outlines]
-    corners = np.array([point for outline in outlines for point in outline], dtype=float)
-    rings = shapely.linearrings(corners, indices=np.repeat(np.arange(len(sizes)), sizes))
-    return np.asarray(shapely.polygons(rings))
+def _polygons(outlines: list[Ring], needed: Indices) -> Geometries:
+    """The outlines as polygons, of the faces that are needed."""
+    polygons: Geometries = np.full(len(outlines), None)
+    if len(needed):
+        rings = [outlines[i] for i in needed.tolist()]
+        corners = np.array([point for ring in rings for point in ring], dtype=float)
+        indices = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+        polygons[needed] = shapely.polygons(shapely.linearrings(corners, indices=indices))
+    return polygons
 
 
 def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
@@ -93,13 +102,10 @@ def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
     per round. A face that is hidden itself need not cover others: what hides it lies over them as well.
     Returns what is left of each, which lost something, and which are hidden.
     """
-    shapes, regions = convex_polygons(outlines), _polygons(outlines)
-    polygons, covered, hidden = (
-        regions.copy(),
-        np.zeros(len(outlines), dtype=bool),
-        np.zeros(len(outlines), dtype=bool),
-    )
-    lower, upper = _pairs_to_cut(shapes, hidden)
+    covered, hidden = np.zeros(len(outlines), dtype=bool), np.zeros(len(outlines), dtype=bool)
+    lower, upper = _pairs_to_cut(convex_polygons(outlines), hidden)
+    polygons = _polygons(outlines, np.union1d(lower, upper))
+    regions = polygons.copy()
     while len(lower):
         rest = ~(hidden[lower] | hidden[upper])
         lower, upper = lower[rest], upper[rest]
@@ -118,12 +124,10 @@ def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indic
     Faces that another covers wholly are marked in ``hidden`` on the way and do not occur in the pairs. Most
     of them lie under one of the topmost faces, so those are tried first.
     """
-    first = np.nonzero(np.arange(len(hidden))[:, None] > np.arange(min(len(hidden), TOPMOST)))
-    _hide_enclosed(shapes, hidden, *_meeting(shapes, *first))
+    every = np.arange(len(hidden))
+    _hide_enclosed(shapes, hidden, *_meeting(shapes, every, every[:TOPMOST]))
     left = np.flatnonzero(~hidden)
-    boxes: Geometries = np.asarray(shapely.box(*shapes.boxes[left].T))
-    rows, columns = shapely.STRtree(boxes).query(boxes)
-    lower, upper, common = _meeting(shapes, left[rows], left[columns])
+    lower, upper, common = _meeting(shapes, left, left)
     _hide_enclosed(shapes, hidden, lower, upper, common)
     meet = ~(hidden[lower] | hidden[upper])
     meet[meet] = shapes.overlaps(lower[meet], upper[meet], EXACT)
@@ -133,11 +137,18 @@ def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indic
 
 
 def _meeting(shapes: ConvexPolygons, lower: Indices, upper: Indices) -> tuple[Indices, Indices, Floats]:
-    """Those pairs of which the upper is above the lower and the boxes overlap, with the common boxes."""
-    boxes = shapes.boxes
-    common = np.minimum(boxes[lower, 2:], boxes[upper, 2:]) - np.maximum(boxes[lower, :2], boxes[upper, :2])
-    near = np.flatnonzero((upper < lower) & (common[:, 0] > EXACT) & (common[:, 1] > EXACT))
-    return lower[near], upper[near], common[near]
+    """All pairs of which the upper is above the lower and the boxes overlap, with their common boxes (k, 2)."""
+    found = [_meeting_some(shapes, block, upper) for block in np.array_split(lower, 1 + len(lower) // BLOCK)]
+    lowers, uppers, common = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return lowers, uppers, common
+
+
+def _meeting_some(shapes: ConvexPolygons, lower: Indices, upper: Indices) -> tuple[Indices, Indices, Floats]:
+    under, over = shapes.boxes[lower].T[:, :, None], shapes.boxes[upper].T[:, None, :]
+    width = np.minimum(under[2], over[2]) - np.maximum(under[0], over[0])
+    height = np.minimum(under[3], over[3]) - np.maximum(under[1], over[1])
+    i, j = np.nonzero((width > EXACT) & (height > EXACT) & (upper < lower[:, None]))
+    return lower[i], upper[j], np.stack([width[i, j], height[i, j]], axis=1)
 
 
 def _hide_enclosed(
@@ -156,17 +167,25 @@ def _hidden(regions: Geometries) -> Flags:
     return thin
 
 
-def _parts(region: Any) -> tuple[tuple[Ring, ...], ...]:
-    pieces = shapely.get_parts(region)
-    kept = pieces[(shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON) & ~_hidden(pieces)]
-    return tuple(rings for rings in map(_rings, kept) if rings)
-
-
-def _rings(polygon: Any) -> tuple[Ring, ...]:
-    rings = [
-        _without_spikes(shapely.get_coordinates(ring)[:-1].tolist()) for ring in shapely.get_rings(polygon)
-    ]
-    return tuple(ring for ring in rings if ring)
+def _parts(regions: Geometries) -> list[tuple[tuple[Ring, ...], ...]]:
+    """For each region its parts that are no slivers, each as its rings, the outer one first."""
+    pieces, region_of = shapely.get_parts(regions, return_index=True)
+    kept = (shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON) & ~_hidden(pieces)
+    rings, piece_of = shapely.get_rings(pieces[kept], return_index=True)
+    sizes = shapely.get_num_coordinates(rings)
+    corners = shapely.get_coordinates(rings).tolist()
+    parts: list[list[list[Ring]]] = [[] for _ in regions]
+    by_piece: list[list[Ring]] = [[] for _ in range(int(kept.sum()))]
+    start = 0
+    for size, piece in zip(sizes.tolist(), piece_of.tolist(), strict=True):
+        ring = _without_spikes(corners[start : start + size - 1])
+        if ring:
+            by_piece[piece].append(ring)
+        start += size
+    for found, region in zip(by_piece, region_of[kept].tolist(), strict=True):
+        if found:
+            parts[region].append(found)
+    return [tuple(tuple(found) for found in of_region) for of_region in parts]
 
 
 def _without_spikes(ring: list[list[float]]) -> Ring:
