@@ -26,8 +26,8 @@ from folding_server.interchange.programs import (
     program_text,
     resolved,
 )
-from folding_server.simulate import moved_faces, run_steps, simulate
-from folding_server.simulator import apply, folded_state, layers_of_planes, new_paper
+from folding_server.simulate import run_steps, simulate
+from folding_server.simulator import apply, folded_state, layers_of_planes, moved_faces, new_paper
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import CAT, FIGURES, RECORDED, figure, random_paper, states

@@ -10,8 +10,7 @@ from folding_server.diagram import Colors, draw_svg, rasterise
 from folding_server.diagram.colors import colors_of
 from folding_server.diagram.strip import describe_action
 from folding_server.errors import ActionRefused, FoldingError, ProgramError
-from folding_server.simulator import Paper, apply, folded_state, layers_of_planes, new_paper
-from folding_server.simulator.plane_geometry import Point
+from folding_server.simulator import Paper, apply, folded_state, layers_of_planes, moved_faces, new_paper
 
 
 @dataclass(frozen=True)
@@ -50,33 +49,6 @@ def run_steps(program: Program) -> Iterator[StepResult]:
                     f"Step {number}, action {i} ({describe_action(action)}): {refused}"
                 ) from refused
         yield StepResult(number, step, paper, moved_faces(before, paper))
-
-
-def moved_faces(before: Paper, after: Paper) -> tuple[int, ...]:
-    """The faces of ``after`` that lie elsewhere than their part of the sheet lay ``before``, ascending."""
-    return tuple(
-        face
-        for face in sorted(after.faces)
-        if after.isometries[face] != before.isometries[_origin(before, after, face)]
-    )
-
-
-def _origin(before: Paper, after: Paper, face: int) -> int:
-    """The face of the earlier paper that a face is, or was cut from."""
-    outline = after.sheet_polygon(face)
-    middle = sum(x for x, _ in outline) / len(outline), sum(y for _, y in outline) / len(outline)
-    if face in before.faces and _depth(before.sheet_polygon(face), middle) > 0:
-        return face
-    return max(before.faces, key=lambda f: _depth(before.sheet_polygon(f), middle))
-
-
-def _depth(outline: list[Point], point: Point) -> float:
-    """How far inside a convex outline a point is, as a signed area; negative outside."""
-    turns = [
-        (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0])
-        for p, q in zip(outline, [*outline[1:], outline[0]], strict=True)
-    ]
-    return max(min(turns), -max(turns))
 
 
 def write_steps(results: Iterable[StepResult], folder: Path, colors: Colors) -> Iterator[StepResult]:

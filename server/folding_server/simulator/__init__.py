@@ -3,6 +3,7 @@
 from folding_server.simulator.actions import apply, replay
 from folding_server.simulator.fold import fold
 from folding_server.simulator.motions import flip, rotate
+from folding_server.simulator.movement import moved_faces
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.simulator.plane_geometry import TOLERANCE
 from folding_server.simulator.planes import layers_of_planes, overlapping_pairs
@@ -19,6 +20,7 @@ __all__ = [
     "fold",
     "folded_state",
     "layers_of_planes",
+    "moved_faces",
     "new_paper",
     "overlapping_pairs",
     "replay",

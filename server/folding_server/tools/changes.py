@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from folding_server.simulator import Paper
+from folding_server.simulator import Paper, moved_faces
 
 
 class Change(NamedTuple):
@@ -15,8 +15,6 @@ class Change(NamedTuple):
 
 def change(before: Paper, after: Paper) -> Change:
     """What differs between two states of the same sheet."""
-    from folding_server.simulate import moved_faces  # noqa: PLC0415  (loads shapely)
-
     return Change(
         sorted(after.places.keys() - before.places.keys()),
         sorted(after.faces.keys() - before.faces.keys()),
