@@ -4,18 +4,18 @@ A plan is a generator of a few actions; it is sent the paper after each one, and
 """
 
 from collections.abc import Callable, Generator
-from math import hypot
+from math import dist, hypot
 from random import Random
 
 from folding_schemas.actions import Action, AddVertex, Flip, FlipAxis, Fold, Rotate, Unfold
-from folding_server.simulator import Paper
+from folding_server.simulator import TOLERANCE, Paper
 from folding_server.simulator.paper import Edge
 
 Plan = Generator[Action, Paper, None]
 
 AXES: tuple[FlipAxis, ...] = ("x", "y", "y=x", "y=-x")
 NEAR = (1e-4, 3e-5, 1e-6)
-"""Distances, as fractions of an edge, of points that almost coincide."""
+"""Distances, in sheet units or as fractions of an edge, of points that almost coincide."""
 ODD_FRACTIONS = (0.0, 1.0, -0.2, 1e-9, 1e-5, 0.99999)
 
 
@@ -80,14 +80,48 @@ def marked_fold(random: Random, first: Edge, second: Edge) -> Plan:
 
 
 def twin_fold(random: Random, paper: Paper) -> Plan:
-    """Two points of an edge that almost coincide, and a fold through one of them, or even through both."""
+    """Two points of an edge about a tolerance apart, and a fold through one of them, or even through both."""
     u, v = any_edge(random, paper)
     others = [w for w in paper.places if w not in (u, v)]
     paper = yield AddVertex(edge=(u, v), position=fraction(random))
     point = newest(paper)
-    paper = yield AddVertex(edge=(point, v), position=random.choice(NEAR))
+    apart = TOLERANCE * random.uniform(0.9, 3) / max(side_length(paper, (point, v)), TOLERANCE)
+    paper = yield AddVertex(edge=(point, v), position=min(apart, 1.0))
     twin = newest(paper)
     yield through(random, *random.choice([(point, random.choice(others)), (twin, random.choice(others)), (point, twin)]))
+
+
+def almost_alike(random: Random, paper: Paper) -> Plan:
+    """A fold through almost the same fraction of two edges: almost parallel to what such folds made before."""
+    first, second = any_edge(random, paper), any_edge(random, paper)
+    place = random.choice([0.5, 0.25, 1 / 3, 0.75])
+    paper = yield AddVertex(edge=first, position=place)
+    point = newest(paper)
+    other = second if {*first} != {*second} else (first[0], point)
+    paper = yield AddVertex(edge=other, position=place + random.choice(NEAR) * random.uniform(-1, 1))
+    yield through(random, point, newest(paper))
+
+
+def echo_fold(random: Random, paper: Paper) -> Plan:
+    """A fold through a new point that almost coincides with vertices of other layers, and maybe through two such."""
+    paper = yield from echo(random, paper)
+    point = newest(paper)
+    if random.random() < 0.5:
+        paper = yield from echo(random, paper)
+    others = [w for w in paper.places if w != point]
+    yield through(random, point, random.choice([newest(paper), random.choice(others)]))
+
+
+def echo(random: Random, paper: Paper) -> Generator[Action, Paper, Paper]:
+    """A new point of an edge within NEAR of where a vertex lies that is none of its ends; a plain one if there is none."""
+    edges, vertices = sorted(paper.edge_faces), sorted(paper.places)
+    for _ in range(40):
+        edge, vertex = random.choice(edges), random.choice(vertices)
+        foot = foot_fraction(paper, edge, vertex)
+        if vertex not in edge and 0.01 < foot < 0.99 and off_line(paper, edge, vertex) < 10 * TOLERANCE:
+            shift = random.choice(NEAR) * random.uniform(-1, 1) / side_length(paper, edge)
+            return (yield AddVertex(edge=edge, position=foot + shift))
+    return (yield AddVertex(edge=any_edge(random, paper), position=fraction(random)))
 
 
 def almost_through(random: Random, paper: Paper) -> Plan:
@@ -126,9 +160,9 @@ def repeated_fold(random: Random, paper: Paper) -> Plan:
 
 FOLDS: dict[Callable[[Random, Paper], Plan], int] = {
     boundary_fold: 5, vertex_fold: 5, flap_fold: 3, inner_fold: 3,
-    twin_fold: 2, almost_through: 2, almost_along: 1, rounded_fold: 3, repeated_fold: 1,
+    twin_fold: 2, almost_through: 2, almost_along: 1, almost_alike: 2, echo_fold: 3, rounded_fold: 3, repeated_fold: 1,
 }
-"""The ways to fold with their weights: about one fold in three is near-degenerate."""
+"""The ways to fold with their weights: about two folds in five are near-degenerate."""
 
 
 def through(random: Random, u: int, v: int) -> Fold:
@@ -156,6 +190,18 @@ def fraction(random: Random) -> float:
 def folded_edges(paper: Paper) -> list[Edge]:
     """The creases that are folded now."""
     return [edge for edge, letter in paper.edges() if letter in "MV"]
+
+
+def side_length(paper: Paper, edge: Edge) -> float:
+    """The length of an edge on the sheet."""
+    return dist(paper.places[edge[0]], paper.places[edge[1]])
+
+
+def off_line(paper: Paper, edge: Edge, vertex: int) -> float:
+    """How far from the line of an edge the folded position of a vertex lies; the edge must have length."""
+    (ax, ay), (bx, by) = paper.positions[edge[0]], paper.positions[edge[1]]
+    x, y = paper.positions[vertex]
+    return abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / hypot(bx - ax, by - ay)
 
 
 def foot_fraction(paper: Paper, edge: Edge, vertex: int) -> float:

@@ -26,6 +26,8 @@ from folding_server.simulator.validity import violations
 from random_programs import Plan, between_folds, folded_edges, next_fold
 
 NAMED = re.compile(r"\[-?\d+, -?\d+\]|\b(face|fold|edge|vertex|vertices|joins) \d+", re.IGNORECASE)
+SHEETS = ((1.0, 1.0),) * 4 + ((1.0, 2**0.5), (2.35, 1.0))
+"""Squares, and now and then A4 or a dollar bill."""
 DEEPEST = 1500
 """Faces beyond which a program is not continued: the time goes into more programs instead."""
 
@@ -34,6 +36,7 @@ DEEPEST = 1500
 class Run:
     """What became of one program; ``failure`` is (kind, detail) of the first thing that went wrong."""
 
+    sheet: Point = (1.0, 1.0)
     actions: list[Action] = field(default_factory=list)
     places: list[tuple[Point, ...]] = field(default_factory=list)
     refused: int = 0
@@ -43,7 +46,9 @@ class Run:
 
 def run_program(seed: int, folds: int, index: int) -> Run:
     """Draw and fold one program. The draw depends on the seed and the index only."""
-    random, paper, run = Random(f"{seed}/{index}"), new_paper(), Run()
+    random = Random(f"{seed}/{index}")
+    run = Run(random.choice(SHEETS))
+    paper = new_paper(run.sheet)
     for _ in range(folds):
         for plan in (between_folds(random, paper), next_fold(random, paper)):
             paper = follow(plan, paper, run)
@@ -114,15 +119,15 @@ def shortest(run: Run) -> list[Action]:
     while smaller:
         smaller = False
         for k in reversed(range(len(kept) - 1)):
-            actions = again([*kept[:k], *kept[k + 1 :]], run.failure[0])
+            actions = again(run.sheet, [*kept[:k], *kept[k + 1 :]], run.failure[0])
             if actions is not None:
                 kept, best, smaller = [*kept[:k], *kept[k + 1 :]], actions, True
     return best
 
 
-def again(kept: list[tuple[Action, tuple[Point, ...]]], kind: str) -> list[Action] | None:
+def again(sheet: Point, kept: list[tuple[Action, tuple[Point, ...]]], kind: str) -> list[Action] | None:
     """The actions with vertices found by their places, if their run ends in a failure of that kind."""
-    paper, actions = new_paper(), []
+    paper, actions = new_paper(sheet), []
     for action, places in kept:
         ids = [nearest(paper, place) for place in places]
         if None in ids:
@@ -170,7 +175,7 @@ def main() -> int:
             failures[run.failure[0]] += 1
             if failures[run.failure[0]] <= options.show:
                 failing.append({"seed": options.seed, "index": index, "kind": run.failure[0], "detail": run.failure[1],
-                                "program": [a.model_dump(mode="json") for a in shortest(run)]})
+                                "sheet": run.sheet, "program": [a.model_dump(mode="json") for a in shortest(run)]})
         if count["programs"] % 500 == 0:
             print(f"{count['programs']} programs, {sum(failures.values())} failures", file=sys.stderr)
     print(json.dumps({

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import pytest
 from folding_server.errors import ActionRefused
+from folding_server.interchange.fold_format import fold_document, fold_text
+from folding_server.interchange.fold_reading import read_fold
+from folding_server.interchange.obj import obj_text
 from folding_server.simulator import (
     Paper,
     add_vertex,
@@ -98,6 +101,28 @@ def test_a_fold_along_an_existing_mark_makes_no_new_vertex() -> None:
     assert set(fold(marked, (5, 6), 1).places) == set(marked.places)
 
 
+def test_a_fold_along_a_folded_crease_lays_the_flap_back_and_leaves_a_mark() -> None:
+    half = half_folded()
+    back = fold(half, (5, 6), 1)
+    assert dict(back.edges())[(5, 6)] == "F"
+    assert all(back.positions[v] == pytest.approx(place) for v, place in unfold(half).positions.items())
+    assert set(back.faces) == set(half.faces)
+    with pytest.raises(ActionRefused, match="Nothing is folded"):
+        unfold(back)
+    with pytest.raises(ActionRefused, match=r"line through \[5, 6\] has no paper to turn"):
+        fold(half, (5, 6), -1)
+
+
+def test_a_fold_along_a_crease_under_a_flap_takes_the_flap_along() -> None:
+    covered = crease_across(half_folded(), ((3, 6), 0.4), ((4, 5), 0.4), 1)
+    assert [covered.is_folded(edge) for edge in ((5, 6), (7, 8))] == [True, True]
+    back = fold(covered, (5, 6), 1)
+    assert violations(back) == []
+    assert dict(back.edges())[(5, 6)] == "F"
+    assert back.is_folded((7, 8))
+    assert back.positions[3] == pytest.approx((1.0, 0.4))
+
+
 def test_a_fold_through_several_planes_creases_them_all() -> None:
     quarter = crease_across(half_folded(), ((1, 2), 0.5), ((5, 6), 0.5), 1)
     assert len(quarter.faces) == 4
@@ -135,6 +160,9 @@ def test_woven_planes_are_listed_face_by_face() -> None:
     depth = {face: i for i, layer in enumerate(layers) for plane in layer for face in plane}
     assert depth[first] < depth[beside[first]]
     assert depth[beside[second]] < depth[second]
+    assert folded_state(woven).layers == layers
+    assert read_fold(fold_text(fold_document(woven))) == woven
+    assert obj_text(woven).count("\ng face_") == 4
 
 
 def middle(paper: Paper, face: int) -> float:

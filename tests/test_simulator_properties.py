@@ -20,6 +20,7 @@ from folding_server.simulator import (
     rotate,
     unfold,
 )
+from folding_server.simulator.plane_geometry import Point
 from folding_server.simulator.validity import violations
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -28,9 +29,9 @@ FRACTIONS = st.sampled_from([0.25, 1 / 3, 0.5, 0.75]) | st.floats(0.05, 0.95)
 
 
 @st.composite
-def programs(draw: st.DrawFn, folds: int = 4) -> list[Action]:
+def programs(draw: st.DrawFn, folds: int = 4, sheet: Point = (1.0, 1.0)) -> list[Action]:
     """Actions that all succeed: folds through new points on two edges of one face, turned and flipped between."""
-    paper, actions = new_paper(), []
+    paper, actions = new_paper(sheet), []
     for _ in range(draw(st.integers(1, folds))):
         for action in draw(st.sampled_from([(), (Flip(axis="x"),), (Flip(axis="y=x"),), (Rotate(angle=30.0),)])):
             actions.append(action)
@@ -44,7 +45,7 @@ def programs(draw: st.DrawFn, folds: int = 4) -> list[Action]:
             Fold(edge=(new + 1, new + 2), direction=draw(st.sampled_from([1, -1]))),
         ]
         try:
-            paper = replay([*actions, *steps])
+            paper = replay([*actions, *steps], sheet)
         except ActionRefused:
             continue
         actions += steps
@@ -79,6 +80,21 @@ def rounded(point: tuple[float, float]) -> tuple[float, float]:
 @given(programs())
 def test_every_paper_is_valid(actions):
     assert violations(replay(actions)) == []
+
+
+RECTANGLES = [(1.0, 2**0.5), (2.35, 1.0), (0.5, 20.0)]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(RECTANGLES).flatmap(lambda sheet: st.tuples(st.just(sheet), programs(sheet=sheet))))
+def test_a_rectangle_folds_flips_and_opens_like_a_square(drawn):
+    sheet, actions = drawn
+    paper = replay(actions, sheet)
+    assert violations(paper) == []
+    assert same_places(flip(flip(paper, "x"), "x"), paper)
+    last = max(k for k, action in enumerate(actions) if isinstance(action, Fold))
+    before, opened = replay(actions[:last], sheet), unfold(replay(actions[: last + 1], sheet))
+    assert all(opened.positions[v] == pytest.approx(place, abs=1e-9) for v, place in before.positions.items())
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,8 +1,10 @@
 """Validators: real papers pass, and each kind of impossible paper is named for what is wrong with it."""
 
+import ast
 import json
 from dataclasses import replace
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from folding_server.simulator import (
     rotate,
     unfold,
 )
+from folding_server.simulator import validity
 from folding_server.simulator.foldability import check_paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.simulator.validity import violations
@@ -51,6 +54,29 @@ def pleat() -> Paper:
     paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.3), (4, 3), 0.3)
     paper = add_vertex(add_vertex(paper, (5, 2), 2 / 7), (6, 3), 2 / 7)
     return fold(fold(paper, (7, 8), 1), (5, 6), 1)
+
+
+def test_the_validators_share_no_code_with_what_they_check():
+    """Of the simulator they import the record alone, and of the record they call nothing but its letters."""
+    folder = Path(validity.__file__).parent
+    sources = {file.name: ast.parse(file.read_text()) for file in folder.glob("*.py")}
+    imported = {
+        (node.module, name.name)
+        for tree in sources.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and "validity" not in str(node.module)
+        for name in node.names
+        if str(node.module).startswith("folding_")
+    }
+    assert imported == {("folding_server.simulator.paper", "Paper")}
+    fields = set(Paper.__dataclass_fields__)
+    read = {
+        node.attr
+        for tree in sources.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) in {"paper", "sheet.paper"}
+    }
+    assert read - fields == {"edges"}
 
 
 @pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
