@@ -21,8 +21,8 @@ from folding_server.simulator import (
     overlapping_pairs,
     rotate,
     unfold,
+    validity,
 )
-from folding_server.simulator import validity
 from folding_server.simulator.foldability import check_paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.simulator.validity import violations
