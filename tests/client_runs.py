@@ -3,7 +3,6 @@ end.
 """
 
 import asyncio
-import atexit
 import json
 import os
 import shutil
@@ -22,6 +21,7 @@ from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
 from folding_client.record.events import read_events
 from folding_client.settings import Settings
+from lasting import LASTING
 from paths import SHARED
 from PIL import Image, ImageDraw
 from providers.base import Says
@@ -65,7 +65,7 @@ def figure(name: str) -> list[list[dict[str, Any]]]:
 @cache
 def _home() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="folding-tests-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    LASTING.callback(shutil.rmtree, folder, ignore_errors=True)
     return folder
 
 
@@ -112,7 +112,7 @@ def server_url() -> str:
         ],
         stderr=log,
     )
-    atexit.register(_stopped, server, log)
+    LASTING.callback(_stopped, server, log)
     while server.poll() is None:
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:

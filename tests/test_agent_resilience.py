@@ -4,6 +4,8 @@ import asyncio
 import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,13 +13,39 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from client_runs import MATCH, act, ask, events, program, restore, resume, run, save
+from client_runs import (
+    MATCH,
+    PLANTED_KEY,
+    act,
+    ask,
+    events,
+    program,
+    restore,
+    resume,
+    run,
+    save,
+    sequence,
+)
 from folding_client.interrupts import ProviderRefused
+from folding_client.models.retries import RetryPolicy
 from folding_client.replay import replay
 from providers.base import Fails, Hangs, Resets, Says, Truncates, Turn
 from providers.openai import OpenAI
 
 MODEL = "litellm/openai/gpt-4o"
+ONLY_LOCAL = """
+import socket, sys
+def seen(where):
+    print("CONNECTS", where, file=sys.stderr, flush=True)
+def watch(event, arguments):
+    if event == "socket.connect" and arguments[0].family in (socket.AF_INET, socket.AF_INET6):
+        seen(arguments[1][0])
+    elif event == "socket.getaddrinfo":
+        seen(arguments[0])
+sys.addaudithook(watch)
+from folding_client.cli import main
+main()
+"""
 TURN = {"action": "rotate", "angle": 45.0}
 LOOK = Says(calls=[("get_current_state", {})])
 
@@ -148,6 +176,83 @@ def test_three_empty_replies_roll_back_three_times(tmp_path: Path) -> None:
     with OpenAI(save(1), Says(), Says(), Says(), act(TURN), save(2)) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
     assert [event["cause"] for event in events(tmp_path / "run", "rolled_back")] == ["ReplyEmpty"] * 3
+
+
+def test_a_reply_that_cannot_be_read_rolls_the_step_back_and_is_counted_with_its_tokens(
+    tmp_path: Path,
+) -> None:
+    with OpenAI(
+        save(1), act({"action": "rotate", "angle": 10.0}), Says(silent=True), act(TURN), save(2)
+    ) as provider:
+        outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
+    assert outcome.status == "complete"
+    (rolled,) = events(tmp_path / "run", "rolled_back")
+    assert rolled["cause"] == "ReplyUnreadable"
+    assert program(tmp_path / "run") == [[TURN]]
+    assert outcome.run["totals"]["agent"]["queries"] == 5
+    assert outcome.run["totals"]["agent"]["input_tokens"] == 5000
+    assert outcome.run["tally"] == {"rolled_back": 1, "unreadable": 1}
+
+
+def test_replies_that_cannot_be_read_count_towards_the_limit_of_queries(tmp_path: Path) -> None:
+    with OpenAI(save(1), *[Says(silent=True)] * 2) as provider:
+        stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, max_queries=3)
+    assert "3 queries" in stopped.reason
+    with OpenAI(act(TURN), save(2)) as provider:
+        resumed = resume(tmp_path / "run", api_base=provider.url, max_queries=5)
+    assert resumed.status == "complete"
+    assert resumed.run["tally"] == {"rolled_back": 2, "unreadable": 2}
+
+
+def test_waits_grow_and_end_at_the_longest(tmp_path: Path) -> None:
+    patient = RetryPolicy(tries=6, first_wait=0.02, longest_wait=0.1)
+    with OpenAI(*[Fails(503)] * 6) as provider:
+        stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, retries=patient)
+    assert stopped.status == "stopped"
+    waits = [event["wait"] for event in events(tmp_path / "run", "retry")]
+    ceilings = [0.02, 0.04, 0.08, 0.1, 0.1]
+    assert all(ceiling / 2 - 0.001 <= wait <= ceiling for wait, ceiling in zip(waits, ceilings, strict=True))
+
+
+def test_a_provider_s_error_that_repeats_the_key_is_told_without_it(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    leaky = Fails(401, f"Incorrect API key provided: {PLANTED_KEY}.")
+    with OpenAI(save(1), act(TURN), Fails(500, f"bad key {PLANTED_KEY}"), leaky) as provider:
+        stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
+    assert "refuses the key" in stopped.reason
+    printed = capfd.readouterr()
+    written = [
+        file.read_bytes().decode(errors="replace") for file in (tmp_path / "run").rglob("*") if file.is_file()
+    ]
+    assert len(written) >= 5
+    assert not any(PLANTED_KEY in text for text in (stopped.reason, printed.out, printed.err, *written))
+    assert "[redacted]" in stopped.reason
+
+
+def test_nothing_goes_to_the_network_but_the_model_s_calls(tmp_path: Path) -> None:
+    with OpenAI(save(1), act(TURN), save(2)) as provider:
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-c",
+                ONLY_LOCAL,
+                "run",
+                sequence(2),
+                "--model",
+                MODEL,
+                "--out",
+                tmp_path / "run",
+            ]
+            + ["--api-base", provider.url],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "OPENAI_API_KEY": PLANTED_KEY},
+        )
+    assert done.returncode == 0, done.stderr
+    allowed = {"127.0.0.1", provider.url.split("/")[2].partition(":")[0]}
+    assert {line.split()[1] for line in done.stderr.splitlines() if line.startswith("CONNECTS ")} == allowed
 
 
 def test_a_step_that_fails_again_and_again_stops_the_run(tmp_path: Path) -> None:

@@ -151,8 +151,9 @@ def _settings(**given: object) -> Settings:
         return Settings.model_validate({name: value for name, value in given.items() if value is not None})
     except ValidationError as error:
         first = error.errors()[0]
-        option = "--" + str(first["loc"][0]).replace("_", "-")
-        message = f"{option} cannot be {first['input']!r}: {first['msg']}."
+        option = "--" + str(first["loc"][0]).replace("_", "-") if first["loc"] else ""
+        said = f"{option} cannot be {first['input']!r}: {first['msg']}." if option else f"{first['msg']}."
+        message = said.removeprefix("Value error, ")
         raise UsageError(message) from error
 
 

@@ -20,6 +20,8 @@ Interrupt
 └── UsageError           the command cannot be carried out as given
 """
 
+from folding_client.messages import NO_USAGE, Usage
+
 
 class Interrupt(Exception):
     """Anything that takes the loop out of query, execute, append."""
@@ -67,7 +69,11 @@ class ReplyEmpty(StepFailed):
 
 
 class ReplyUnreadable(StepFailed):
-    """The provider or the client could not parse the reply."""
+    """The provider or the client could not parse the reply; ``usage`` is what it cost all the same."""
+
+    def __init__(self, reason: str, usage: Usage = NO_USAGE) -> None:
+        super().__init__(reason)
+        self.usage = usage
 
 
 class RunStopped(Interrupt):

@@ -66,6 +66,9 @@ class Usage:
     cost: float | None = None
 
 
+NO_USAGE = Usage()
+
+
 @dataclass(frozen=True)
 class Reply:
     """A model's answer. ``native`` is the provider's own message, kept so that thinking blocks and thought
@@ -76,7 +79,7 @@ class Reply:
     tool_calls: tuple[ToolCall, ...] = ()
     thinking: str = ""
     finish_reason: str = "stop"
-    usage: Usage = Usage()
+    usage: Usage = NO_USAGE
     native: JsonObject | None = None
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from folding_client.models.retries import RetryPolicy
 
@@ -10,6 +10,9 @@ ToolSet = Literal["paper", "standard", "all"]
 Variant = Literal["agent", "vlm-cp", "vlm-s", "vlm-s-c"]
 Role = Literal["agent", "critic", "overview", "selector"]
 ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
+
+LEAST_THINKING = 1024
+"""The smallest budget that providers take."""
 
 
 class Settings(BaseModel):
@@ -38,6 +41,22 @@ class Settings(BaseModel):
     api_base: str | None = None
     server_url: str | None = None
     retries: RetryPolicy = RetryPolicy()
+
+    @model_validator(mode="after")
+    def _leaves_room_to_answer(self) -> "Settings":
+        if 0 < self.thinking_budget < LEAST_THINKING:
+            message = (
+                f"A thinking budget of {self.thinking_budget} tokens is not possible: give 0, or {LEAST_THINKING} "
+                "and more"
+            )
+            raise ValueError(message)
+        if self.thinking_budget >= self.max_tokens:
+            message = (
+                f"A thinking budget of {self.thinking_budget} tokens leaves nothing of the {self.max_tokens} that a "
+                "reply may have: give less"
+            )
+            raise ValueError(message)
+        return self
 
     def role(self, role: Role) -> str:
         """The model id for a role."""

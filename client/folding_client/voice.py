@@ -3,8 +3,8 @@
 import time
 from collections.abc import Sequence
 
-from folding_client.interrupts import QueriesUsedUp, StepFailed
-from folding_client.messages import Message, Reply, ToolSpec
+from folding_client.interrupts import QueriesUsedUp, ReplyUnreadable, StepFailed
+from folding_client.messages import NO_USAGE, Message, Reply, ToolSpec
 from folding_client.models.base import Model
 from folding_client.record.recorder import Recorder
 
@@ -20,7 +20,7 @@ class Voice:
 
     @property
     def queries(self) -> int:
-        """How many replies the role has had in this run, those before a resume included."""
+        """How many queries the role has made in this run, those before a resume included."""
         totals = self._recorder.totals.get(self.role)
         return totals.queries if totals else 0
 
@@ -41,7 +41,8 @@ class Voice:
         try:
             reply = await self.model.query(messages, tools)
         except StepFailed as failure:
-            self._recorder.event("unreadable", role=self.role, reason=str(failure))
+            usage = failure.usage if isinstance(failure, ReplyUnreadable) else NO_USAGE
+            self._recorder.unreadable(self.role, str(failure), usage, time.monotonic() - started)
             raise
         self._recorder.reply(self.role, reply, time.monotonic() - started)
         return reply

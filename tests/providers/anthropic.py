@@ -1,12 +1,20 @@
-"""Anthropic's messages API: thinking blocks with signatures, images in tool results, cache control."""
+"""Anthropic's messages API: thinking blocks with signatures, images in tool results, cache control.
 
+What it refuses is what the service refuses (docs.claude.com, "Extended thinking", "Prompt caching", "Tool use").
+"""
+
+import re
+from collections.abc import Iterator
 from typing import Any
 
 from providers.base import Body, Fails, Provider, Says
 from providers.images import check_base64
-from providers.schemas import check_schema
+from providers.schemas import check_tool
 
 MOST_CACHE_MARKS = 4
+LEAST_BUDGET = 1024
+_THINKING = ("thinking", "redacted_thinking")
+_ID = re.compile(r"[a-zA-Z0-9_-]+")
 
 
 class Anthropic(Provider):
@@ -24,14 +32,20 @@ class Anthropic(Provider):
         """
         assert path == "/v1/messages", path
         for tool in body.get("tools", []):
-            check_schema(tool["input_schema"])
-        assert body["max_tokens"] > body.get("thinking", {}).get("budget_tokens", 0)
-        replies = [message["content"] for message in body["messages"] if message["role"] == "assistant"]
-        for sent in replies:
-            assert [_plain(block) for block in sent] in self.said, "a reply comes back as it was"
-        _check_results(body["messages"])
-        marks = str(body["messages"]).count("cache_control") + str(body.get("system")).count("cache_control")
-        assert 1 <= marks <= MOST_CACHE_MARKS, f"{marks} cache marks"
+            check_tool(tool["name"], tool["description"], tool["input_schema"])
+        thinks = _check_thinking(body)
+        messages = body["messages"]
+        assert messages[0]["role"] == "user", "a conversation begins with the user"
+        assert messages[-1]["role"] == "user", "thinking does not go on from words put into the model's mouth"
+        for message in messages:
+            if message["role"] == "assistant":
+                plain = [_plain(block) for block in message["content"]]
+                assert plain in self.said, "a reply comes back as it was"
+        if thinks:
+            _check_thought(messages, self.said)
+        _check_results(messages)
+        _check_texts(body)
+        _check_marks(body)
 
     def answer(self, turn: Says, number: int) -> Body:
         """A message with its blocks: thinking, text, tool uses."""
@@ -71,23 +85,81 @@ def _plain(block: Body) -> Body:
     return {key: value for key, value in block.items() if key != "cache_control"}
 
 
+def _check_thinking(body: Body) -> bool:
+    """Whether the model is asked to think; within its limits, and without what thinking rules out."""
+    thinking = body.get("thinking", {"type": "disabled"})
+    if thinking["type"] == "enabled":
+        assert LEAST_BUDGET <= thinking["budget_tokens"] < body["max_tokens"], thinking
+        assert body.get("temperature", 1) == 1, "thinking rules out a temperature"
+        assert body.get("tool_choice", {"type": "auto"})["type"] in ("auto", "none"), (
+            "nor may a tool be forced"
+        )
+    return bool(thinking["type"] != "disabled")
+
+
+def _check_thought(messages: list[Body], said: list[list[Body]]) -> None:
+    """In a round of tool use that goes on, what the model thought first is still there."""
+    asked = max(i for i, each in enumerate(messages) if each["role"] == "user" and not _results(each))
+    round_of_use = [each for each in messages[asked:] if each["role"] == "assistant"]
+    thought = [reply for reply in said if reply and reply[0]["type"] in _THINKING]
+    if round_of_use and thought:
+        assert round_of_use[0]["content"][0]["type"] in _THINKING, (
+            "expected thinking, but found something else"
+        )
+
+
+def _results(message: Body) -> list[Body]:
+    content = message["content"]
+    return [block for block in content if block["type"] == "tool_result"] if isinstance(content, list) else []
+
+
 def _check_results(messages: list[Body]) -> None:
     waiting: list[str] = []
     for message in messages:
         if message["role"] == "assistant":
+            assert not waiting, f"tool uses without results right after them: {waiting}"
             waiting = [block["id"] for block in message["content"] if block["type"] == "tool_use"]
+            assert all(_ID.fullmatch(each) for each in waiting), waiting
+            assert len(set(waiting)) == len(waiting), "ids of tool uses are unique"
             continue
         blocks = message["content"] if isinstance(message["content"], list) else []
-        answered = [block["tool_use_id"] for block in blocks if block["type"] == "tool_result"]
+        results = _results(message)
+        assert blocks[: len(results)] == results, "results come first, then text"
+        answered = [block["tool_use_id"] for block in results]
         assert answered == waiting, f"{answered} answers {waiting}"
         waiting = []
         for block in blocks:
             _check_images(block)
+    assert not waiting, f"tool uses without results: {waiting}"
 
 
 def _check_images(block: Body) -> None:
     if block["type"] == "image":
         check_base64(block["source"]["data"], block["source"]["media_type"])
-    for inner in block.get("content", []) if block["type"] == "tool_result" else []:
-        if isinstance(inner, dict):
-            _check_images(inner)
+    for inner in _blocks(block.get("content", [])) if block["type"] == "tool_result" else []:
+        assert inner["type"] in ("text", "image"), inner["type"]
+        assert inner["type"] == "text" or not block.get("is_error"), "a result that is an error is text alone"
+        _check_images(inner)
+
+
+def _blocks(content: Any) -> Iterator[Body]:
+    yield from [{"type": "text", "text": content}] if isinstance(content, str) else content
+
+
+def _all_blocks(body: Body) -> Iterator[Body]:
+    yield from _blocks(body.get("system", []))
+    for message in body["messages"]:
+        for block in _blocks(message["content"]):
+            yield block
+            yield from _blocks(block.get("content", [])) if block["type"] == "tool_result" else ()
+
+
+def _check_texts(body: Body) -> None:
+    for block in _all_blocks(body):
+        assert block["type"] != "text" or block["text"].strip(), "texts are not empty"
+
+
+def _check_marks(body: Body) -> None:
+    marked = [block for block in (*body.get("tools", []), *_all_blocks(body)) if "cache_control" in block]
+    assert 1 <= len(marked) <= MOST_CACHE_MARKS, f"{len(marked)} cache marks"
+    assert not any(block.get("type") in _THINKING for block in marked), "thinking cannot be marked"

@@ -22,7 +22,7 @@ class Says:
     """A reply of the model: text, tool calls as (name, arguments), thinking; ``finish`` in the provider's
     words.
 
-    ``meanwhile`` is done before it is sent.
+    ``silent`` leaves out the reply altogether (OpenAI), ``meanwhile`` is done before it is sent.
     """
 
     text: str = ""
@@ -30,6 +30,7 @@ class Says:
     thinking: str = ""
     finish: str | None = None
     cached: int = 0
+    silent: bool = False
     meanwhile: Callable[[], object] = lambda: None
 
 
@@ -95,7 +96,9 @@ class Provider:
             assert not self.problems, self.problems
 
     def next_turn(self, path: str, body: Body, headers: dict[str, str]) -> Turn:
-        """The turn for a request, which is checked and kept. A request beyond the script is a problem."""
+        """The turn for a request, which is checked and kept. A request that the provider would refuse is refused,
+        and a problem; so is one beyond the script.
+        """
         with self._lock:
             self.received.append(body)
             self.headers.append(headers)
@@ -104,6 +107,7 @@ class Provider:
                 self.check(path, body)
             except (AssertionError, KeyError, TypeError, ValueError) as error:
                 self.problems.append(f"request {len(self.received)}: {type(error).__name__}: {error}")
+                return Fails(400, str(error))
             if not self.turns:
                 self.problems.append(f"request {len(self.received)} goes beyond the script")
                 return Fails(400, "the script is over")

@@ -1,11 +1,24 @@
-"""OpenAI's chat API: tool calls, images in user messages, usage; streaming off."""
+"""OpenAI's chat API: tool calls, images in user messages, usage; streaming off.
+
+What it refuses is what the service refuses (developers.openai.com, "Chat completions" and "Function calling").
+"""
 
 import json
 from typing import Any
 
 from providers.base import Body, Provider, Says
 from providers.images import check_data_url
-from providers.schemas import check_schema
+from providers.schemas import check_tool
+
+_LONGEST_ID = 40
+_FIELDS = {
+    "system": {"role", "content", "name"},
+    "developer": {"role", "content", "name"},
+    "user": {"role", "content", "name"},
+    "assistant": {"role", "content", "name", "tool_calls", "refusal", "audio"},
+    "tool": {"role", "content", "tool_call_id", "name"},
+}
+_REASONING = ("o1", "o3", "o4", "gpt-5")
 
 
 class OpenAI(Provider):
@@ -21,7 +34,11 @@ class OpenAI(Provider):
         assert path == "/v1/chat/completions", path
         assert not body.get("stream"), "streaming is off"
         for tool in body.get("tools", []):
-            check_schema(tool["function"]["parameters"])
+            check_tool(**tool["function"])
+        if body["model"].startswith(_REASONING):
+            assert "max_tokens" not in body, "reasoning models take max_completion_tokens"
+        else:
+            assert "reasoning_effort" not in body, f"{body['model']} does not reason"
         _check_messages(body["messages"])
 
     def answer(self, turn: Says, number: int) -> Body:
@@ -51,7 +68,7 @@ class OpenAI(Provider):
             "object": "chat.completion",
             "created": 0,
             "model": "gpt-4o",
-            "choices": [{"index": 0, "message": message, "finish_reason": finish}],
+            "choices": [] if turn.silent else [{"index": 0, "message": message, "finish_reason": finish}],
             "usage": usage,
         }
 
@@ -59,26 +76,35 @@ class OpenAI(Provider):
 def _check_messages(messages: list[Body]) -> None:
     expected: list[str] = []
     for message in messages:
-        if message["role"] == "tool":
+        role = message["role"]
+        assert set(message) <= _FIELDS[role], f"unknown fields in {sorted(message)}"
+        if role == "tool":
+            assert expected, "a result follows the call that it answers"
             assert message["tool_call_id"] == expected.pop(0), "results come in the order of the calls"
             assert isinstance(message["content"], str) and message["content"], "a result is text"
             continue
         assert not expected, f"calls without a result: {expected}"
-        if message["role"] == "assistant":
-            assert set(message) <= {"role", "content", "tool_calls"}, f"unknown fields in {sorted(message)}"
+        if role == "assistant":
             expected = [_checked_call(call) for call in message.get("tool_calls", [])]
             assert message.get("content") or expected, "a reply is not empty"
-        elif message["role"] == "user":
-            _check_parts(message["content"])
+            assert not isinstance(message.get("content"), list), "a reply holds no pictures"
+        else:
+            _check_content(role, message["content"])
     assert not expected, f"calls without a result: {expected}"
 
 
 def _checked_call(call: Body) -> str:
     assert isinstance(json.loads(call["function"]["arguments"]), dict), call
+    assert len(call["id"]) <= _LONGEST_ID, f"{call['id']} is too long"
     return str(call["id"])
 
 
-def _check_parts(content: Any) -> None:
-    for part in content if isinstance(content, list) else []:
+def _check_content(role: str, content: Any) -> None:
+    parts = [{"type": "text", "text": content}] if isinstance(content, str) else content
+    assert parts, "a message is not empty"
+    for part in parts:
         if part["type"] == "image_url":
+            assert role == "user", f"pictures belong in user messages, not in one of the {role}"
             check_data_url(part["image_url"]["url"])
+        else:
+            assert part["type"] == "text" and part["text"], "a text is not empty"

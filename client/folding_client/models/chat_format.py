@@ -100,7 +100,7 @@ def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
 
 def _reply(message: Message, dialect: Dialect) -> JsonObject:
     native = message.native or {}
-    reply: JsonObject = {"role": "assistant", "content": message.text or None}
+    reply: JsonObject = {"role": "assistant", "content": message.text if message.text.strip() else None}
     reply |= {name: native[name] for name in dialect.echoed if native.get(name)}
     if message.tool_calls:
         extras = {call["id"]: call.get("provider_specific_fields") for call in native.get("tool_calls") or []}

@@ -156,13 +156,13 @@ def _retry_after(error: Exception) -> float | None:
 def _reply(response: Any) -> Reply:  # noqa: ANN401
     if not response.choices:
         message = "the provider's answer holds no reply"
-        raise ReplyUnreadable(message)
+        raise ReplyUnreadable(message, _usage(response))
     choice = response.choices[0]
     reason = choice.finish_reason or "stop"
     fields = getattr(choice, "provider_specific_fields", None) or {}
     if reason in _UNREADABLE or fields.get("native_finish_reason") in _UNREADABLE:
         message = "the model wrote a tool call that its provider could not read"
-        raise ReplyUnreadable(message)
+        raise ReplyUnreadable(message, _usage(response))
     native = choice.message.model_dump(exclude_none=True)
     calls = tuple(
         ToolCall(call["id"], call["function"].get("name") or "", call["function"].get("arguments") or "{}")

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult
+from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
 from folding_client.record.events import EventLog, read_events
 from folding_client.record.folder import RunFolder
-from folding_client.record.totals import Totals, totals_of
+from folding_client.record.totals import Totals, tallied, tally_of, totals_of
 
 FORMAT = 1
 
@@ -21,13 +21,17 @@ class Recorder:
     def __init__(self, folder: RunFolder, about: dict[str, Any]) -> None:
         self.folder = folder
         self.about = about
-        self.totals = totals_of(read_events(folder.events)) if folder.events.exists() else {}
+        before = list(read_events(folder.events)) if folder.events.exists() else []
+        self.totals = totals_of(before)
+        self._tally = tally_of(before)
         self._log = EventLog(folder.events)
         self._seconds_before = float(about.get("outcome", {}).get("seconds", 0.0))
         self._started = datetime.now(UTC)
 
     def event(self, kind: str, **data: object) -> None:
         """Append one event."""
+        if name := tallied(kind, data):
+            self._tally[name] += 1
         self._log.append(kind, **data)
 
     def request(self, role: str, messages: Sequence[Message], new_from: int) -> None:
@@ -44,7 +48,7 @@ class Recorder:
 
     def reply(self, role: str, reply: Reply, seconds: float) -> None:
         """A reply came; its tokens and price are added to the role's sums."""
-        self.totals[role] = self.totals.get(role, Totals()).plus(reply.usage)
+        self._add(role, reply.usage, seconds)
         self.event(
             "reply",
             role=role,
@@ -56,6 +60,11 @@ class Recorder:
             usage=asdict(reply.usage),
             native=reply.native,
         )
+
+    def unreadable(self, role: str, reason: str, usage: Usage, seconds: float) -> None:
+        """A reply came that cannot be read; it is counted like any other."""
+        self._add(role, usage, seconds)
+        self.event("unreadable", role=role, seconds=round(seconds, 3), reason=reason, usage=asdict(usage))
 
     def call(self, by: str, call: ToolCall | None, name: str, arguments: dict[str, Any]) -> None:
         """A tool call goes to the server, for the agent or for the client itself."""
@@ -78,12 +87,16 @@ class Recorder:
             "seconds": round(seconds, 3),
             "updated": datetime.now(UTC).isoformat(),
         }
+        self.about["tally"] = dict(sorted(self._tally.items()))
         self.about["totals"] = {role: asdict(totals) for role, totals in self.totals.items()}
         self.folder.write_json("run.json", self.about)
 
     def close(self) -> None:
         """Close the log."""
         self._log.close()
+
+    def _add(self, role: str, usage: Usage, seconds: float) -> None:
+        self.totals[role] = self.totals.get(role, Totals()).plus(usage, seconds)
 
     def _pictures(self, pictures: Sequence[Picture]) -> list[dict[str, str]]:
         return [

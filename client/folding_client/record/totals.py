@@ -1,10 +1,16 @@
-"""Sums over the replies of a run, by role: queries, tokens, price."""
+"""Sums over the replies of a run by role: queries, tokens, price, time; and how often what went wrong."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from folding_client.messages import Usage
 from folding_client.record.events import Event
+
+ANSWERED = frozenset({"reply", "unreadable"})
+"""The events that end a query, one way or the other."""
+FAILURES = frozenset({"refused", "skipped", "rolled_back", "rewound", "unreadable", "retry", "server_lost"})
+"""The events that tell of a failure and how it was met."""
 
 
 @dataclass(frozen=True)
@@ -17,9 +23,10 @@ class Totals:
     cached_tokens: int = 0
     thinking_tokens: int = 0
     cost: float | None = None
+    seconds: float = 0.0
 
-    def plus(self, usage: Usage) -> "Totals":
-        """The sums with one more reply."""
+    def plus(self, usage: Usage, seconds: float) -> "Totals":
+        """The sums with one more reply, for which the role waited so long."""
         cost = self.cost if usage.cost is None else (self.cost or 0.0) + usage.cost
         return replace(
             self,
@@ -29,6 +36,7 @@ class Totals:
             cached_tokens=self.cached_tokens + usage.cached_tokens,
             thinking_tokens=self.thinking_tokens + usage.thinking_tokens,
             cost=cost,
+            seconds=round(self.seconds + seconds, 3),
         )
 
 
@@ -36,6 +44,19 @@ def totals_of(events: Iterable[Event]) -> dict[str, Totals]:
     """The sums by role over a recorded run."""
     totals: dict[str, Totals] = {}
     for event in events:
-        if event["kind"] == "reply":
-            totals[event["role"]] = totals.get(event["role"], Totals()).plus(Usage(**event["usage"]))
+        if event["kind"] in ANSWERED:
+            before = totals.get(event["role"], Totals())
+            totals[event["role"]] = before.plus(Usage(**event["usage"]), event["seconds"])
     return totals
+
+
+def tally_of(events: Iterable[Event]) -> Counter[str]:
+    """How often each kind of failure came up in a recorded run, and each verdict."""
+    return Counter(name for event in events if (name := tallied(event["kind"], event)))
+
+
+def tallied(kind: str, data: Mapping[str, object]) -> str | None:
+    """The name under which an event is counted, None if it is not."""
+    if kind == "verdict":
+        return str(data["verdict"] or "NO VERDICT")
+    return kind if kind in FAILURES else None
