@@ -15,6 +15,9 @@ from folding_server.simulator.foldability.general_solver import solve
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.search import count_orders, first_order
 from folding_server.simulator.validity import violations
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from papers import random_paper
 
 STAMPS = {1: 1, 2: 2, 3: 6, 4: 16, 5: 50, 6: 144, 7: 462}
 """Ways to fold a strip of stamps (OEIS A000136)."""
@@ -226,3 +229,21 @@ def test_statements_that_contradict_each_other_have_no_solution():
         equations([(0, 1), (0, 2)], [((0, 1), (0, 2)), ((0, 1), (2, 0))], [])
     with pytest.raises(ContradictionError):
         equations([(0, 1), (0, 2)], [((0, 1), (0, 2))], [((0, 1), (2, 0), (0, 1), (0, 1))])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 5))
+def test_what_was_folded_folds_flat_and_the_stack_found_is_one_the_validators_accept(seed, folds):
+    paper = random_paper(seed, folds)
+    report = check_paper(paper, cap=1)
+    assert report.foldable
+    first_up = not paper.back_up(min(paper.faces))
+    stacked = replace(paper, order=report.stack if first_up else report.stack[::-1])
+    assert violations(stacked) == []
+    assert dict(stacked.edges()) == dict(paper.edges())
+
+
+@pytest.mark.parametrize(("letters", "stack"), [("VM", (0, 1, 2)), ("MV", (2, 1, 0))])
+def test_a_pleat_too_thin_to_overlap_anything_goes_where_its_creases_say(letters, stack):
+    report = check_pattern(grid(3, 1, letters, (0.5, 5e-5, 0.5)))
+    assert (report.foldable, report.lying, report.stack) == (True, (), stack)

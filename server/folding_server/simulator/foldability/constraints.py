@@ -50,6 +50,17 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     )
 
 
+def lettered(flat: FlatFaces) -> Iterator[Pair]:
+    """The faces beside each crease with a letter, lower first.
+
+    A valley has the front sides inside: the other face lies on the front of each. A mountain, on the back.
+    """
+    for crease in flat.creases:
+        if crease.letter in "MV":
+            left_below = (crease.letter == "V") != flat.mirrored[crease.left]
+            yield (crease.left, crease.right) if left_below else (crease.right, crease.left)
+
+
 class _Builder:
     """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read.
 
@@ -65,12 +76,8 @@ class _Builder:
         return all((min(p), max(p)) in self.pairs for p in pairs)
 
     def known(self) -> Iterator[Pair]:
-        """A valley has the front sides inside: the other face lies on the front of each. A mountain, on the back."""
-        for crease in self.flat.creases:
-            a, b = crease.left, crease.right
-            if crease.letter in "MV" and self.overlap((a, b)):
-                a_below = (crease.letter == "V") != self.flat.mirrored[a]
-                yield (a, b) if a_below else (b, a)
+        """What the letters say of faces that overlap."""
+        return (pair for pair in lettered(self.flat) if self.overlap(pair))
 
     def equal(self, tolerance: float, outlines: "np.typing.NDArray[np.object_]") -> Iterator[tuple[Pair, Pair]]:
         """Equations between two statements."""

@@ -1,10 +1,10 @@
 """Is a crease pattern flat-foldable, how, and in how many ways."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 
-from folding_server.simulator.foldability.constraints import conditions
+from folding_server.simulator.foldability.constraints import conditions, lettered
 from folding_server.simulator.foldability.equations import ContradictionError, Pair
 from folding_server.simulator.foldability.flat_faces import FOLDED, FlatFaces, creases_of, lay_flat
 from folding_server.simulator.foldability.local import LocalViolation, local_violations
@@ -127,14 +127,23 @@ def _layered(flat: FlatFaces, cap: int) -> FoldabilityReport:
             states, capped = count_orders(orders, cap)
             count = f"{'at least ' if capped else ''}{states} layer order{'s' * (states > 1)}"
             return FoldabilityReport(True, f"The pattern folds flat: {count}.", (), states, capped, lying,
-                                     _stack(len(flat.outlines), lying))
+                                     _stack(flat, lying))
     return FoldabilityReport(foldable=False, reason="Every vertex folds flat, but no order of the layers avoids crossings.")
 
 
-def _stack(faces: int, lying: Sequence[Pair]) -> tuple[int, ...] | None:
-    """All faces bottom to top, or None if the order goes in a circle."""
-    under: dict[int, set[int]] = {face: set() for face in range(faces)}
-    for lower, upper in lying:
+def _stack(flat: FlatFaces, lying: Sequence[Pair]) -> tuple[int, ...] | None:
+    """All faces bottom to top, or None if the order goes in a circle.
+
+    Slivers too thin to overlap anything go where the letters of their creases put them, as far as that is possible.
+    """
+    faces = range(len(flat.outlines))
+    stacked = _bottom_to_top(faces, [*lying, *lettered(flat)])
+    return stacked or _bottom_to_top(faces, lying)
+
+
+def _bottom_to_top(faces: Iterable[int], pairs: Iterable[Pair]) -> tuple[int, ...] | None:
+    under: dict[int, set[int]] = {face: set() for face in faces}
+    for lower, upper in pairs:
         under[upper].add(lower)
     try:
         return tuple(TopologicalSorter(under).static_order())
