@@ -21,6 +21,8 @@ THIN = 0.005
 """Overlaps less than twice this wide (sheet units) have no order that a photo shows."""
 LEAST_OVERLAP = 4e-4
 """Faces that overlap by less area than this may lie in any order."""
+STRAIGHT = 1e-3
+"""Two edges whose directions differ by a smaller sine are one line."""
 KINDS = {"B": "boundary", "F": "flat"}
 """Kinds of edges by their letter; all others are folded."""
 
@@ -29,7 +31,7 @@ KINDS = {"B": "boundary", "F": "flat"}
 class Exactness:
     """How well two papers agree under one turn of the sheet.
 
-    ``farthest``  largest distance (sheet units) from a true vertex to the nearest found one
+    ``farthest``  largest distance (sheet units) from a true vertex that shows to the nearest found one
     ``creases``   share of sampled points on creases of either that lie on one of the same kind in the other
     ``order``     share of overlapping pairs of true faces that lie in the same order
     """
@@ -56,8 +58,25 @@ def kind(letter: str) -> str:
 
 def _under(truth: Paper, found: Paper, quarters: int, tolerance: float) -> Exactness:
     places = list(found.places.values())
-    farthest = max(min(dist(turned(p, quarters), q) for q in places) for p in truth.places.values())
+    farthest = max(min(dist(turned(p, quarters), q) for q in places) for p in _shown(truth))
     return Exactness(farthest, _creases(truth, found, quarters, tolerance), _order(truth, found, quarters))
+
+
+def _shown(paper: Paper) -> list[Point]:
+    """The places of the vertices that a photo can show: all but marks on an edge that runs straight through them."""
+    beside: dict[int, list[Point]] = {v: [] for v in paper.places}
+    for u, v in paper.edge_faces:
+        beside[u].append(paper.places[v])
+        beside[v].append(paper.places[u])
+    return [p for v, p in paper.places.items() if not _straight_through(p, beside[v])]
+
+
+def _straight_through(place: Point, others: Sequence[Point]) -> bool:
+    """Whether two edges meet at a place in one line."""
+    if len(others) != 2:
+        return False
+    (ax, ay), (bx, by) = ((x - place[0], y - place[1]) for x, y in others)
+    return abs(ax * by - ay * bx) < STRAIGHT * hypot(ax, ay) * hypot(bx, by)
 
 
 def _creases(truth: Paper, found: Paper, quarters: int, tolerance: float) -> float:

@@ -125,9 +125,11 @@ class _Search:
     def polished(self, start: Vector) -> Vector:
         """A start after descents on the blurred picture."""
         pixel = 1.0 / self.scene.grid.pixels_per_unit
-        best = self.scene.agreement_of(self.drawn(start))
         steps = (pixel, pixel, 100 * pixel, 2 * pixel)
-        return self.limited(polished(self.drawn, self.scene, start, best, steps)[0])
+        return self.limited(polished(self.drawn, self._agreement, self.scene, start, self._agreement(start), steps)[0])
+
+    def _agreement(self, nudge: Vector) -> float:
+        return self.scene.agreement_of(self.drawn(nudge))
 
 
 def _distinct(nudges: list[Vector]) -> list[Vector]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import cos, exp, hypot, radians, sin
+from math import atan2, cos, degrees, exp, hypot, radians, sin
 
 import numpy as np
 
@@ -41,6 +41,12 @@ SCALES = (0.8, 1.25)
 def scale_of(motion: Isometry) -> float:
     """The scale of a similarity."""
     return hypot(motion.a, motion.b)
+
+
+def turned_between(first: Isometry, second: Isometry) -> float:
+    """The angle between two similarities in degrees, 0 to 180."""
+    turn = atan2(second.b, second.a) - atan2(first.b, first.a)
+    return abs(degrees(atan2(sin(turn), cos(turn))))
 
 
 def nudged(motion: Isometry, pivot: Point, nudge: Vector) -> Isometry:
@@ -156,18 +162,23 @@ def align(stack: Stack, scene: Scene, start: Isometry, freedom: Freedom) -> Alig
 
     steps = (freedom.shift, freedom.shift, freedom.turn, freedom.scale)
     nudge, best = climb(value, (0.0, 0.0, 0.0, 0.0), steps, freedom.halvings - 1)
-    nudge, best = polished(drawn, scene, nudge, best, _pixel_steps(scene, freedom.scale > 0))
+    nudge, best = polished(drawn, value, scene, nudge, best, _pixel_steps(scene, freedom.scale > 0))
     return Aligned(nudged(start, pivot, nudge), best)
 
 
 def polished(
-    drawn: Callable[[Vector], Labels], scene: Scene, start: Vector, best: float, steps: Sequence[float]
+    drawn: Callable[[Vector], Labels],
+    value: Callable[[Vector], float],
+    scene: Scene,
+    start: Vector,
+    best: float,
+    steps: Sequence[float],
 ) -> tuple[Vector, float]:
-    """``start`` after two descents, coarser and finer, if the drawing then agrees better than ``best``."""
+    """``start`` after two descents, coarser and finer, if its ``value`` is then no less than ``best``."""
     here = start
     for blur in (2.5, 1.0):
         tried = descend(drawn, scene, here, steps, blur)
-        got = scene.agreement_of(drawn(tried))
+        got = value(tried)
         if got >= best:
             here, best = tried, got
     return here, best

@@ -13,7 +13,7 @@ import numpy as np
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through
 from folding_server.vision.labels import Labels
-from folding_server.vision.solver.alignment import Vector, climb, nudged, polished
+from folding_server.vision.solver.alignment import Vector, climb, nudged, polished, scale_of
 from folding_server.vision.solver.constructions import constructions
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.lines import (
@@ -28,7 +28,8 @@ from folding_server.vision.solver.lines import (
     edge_directions,
     landmark_lines,
 )
-from folding_server.vision.solver.scene import Scene, stack_of
+from folding_server.vision.solver.plan import zoom_cost
+from folding_server.vision.solver.scene import Scene, Views, stack_of
 
 _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
@@ -95,38 +96,50 @@ class Family:
 
 
 class FoldSearch:
-    """The search for one transition: a paper, the photo after it coarse and fine, and what changed."""
+    """The search for one transition: a paper, the photo after it, what changed, and the scale of the photo before."""
 
     def __init__(
-        self, paper: Paper, coarse: Scene, fine: Scene, changed: Sequence[Evidence], effort: Effort
+        self, paper: Paper, views: Views, changed: Sequence[Evidence], effort: Effort, scale: float
     ) -> None:
-        self.paper, self.coarse, self.fine, self.changed, self.effort = paper, coarse, fine, changed, effort
+        self.paper, self.changed, self.effort, self.scale = paper, changed, effort, scale
+        self.coarse, self.fine, self.handheld = views.coarse, views.fine, views.handheld
         self.leaves = Leaves(paper)
         self.before = stack_of(paper)
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
+        self._before: dict[tuple[bool, Isometry], Labels] = {}
 
     def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
-        refined = self._best_first([self._refined(f, self.coarse, 3) for f in self._rough()])
+        refined = _best_first([self._refined(f, self.coarse, 3) for f in self._rough()])
         polished = [self._refined(f, self.fine, 3) for f in _different(refined)[: self.effort.polished]]
-        snapped = [s for f in _different(self._best_first(polished)) for s in self._snapped(f)]
-        return self._best_first(snapped)
+        snapped = [s for f in _different(_best_first(polished)) for s in self._snapped(f)]
+        return _best_first(snapped)
 
-    def _best_first(self, found: Sequence[FoldFound]) -> list[FoldFound]:
-        """Folds by agreement or, looking for a part of the change, by what they put right less what they spoil."""
+    def _worth(self, scene: Scene, after: Labels, motion: Isometry) -> float:
+        """The agreement of a drawing or, looking for a part of the change, what it puts right less what it spoils."""
         if not self.effort.partial:
-            return sorted(found, key=lambda f: -f.agreement)
-        return sorted(found, key=lambda f: -self._progress(f))
+            return scene.agreement_of(after) - self._zoom_cost(motion)
+        changed = (self._drawn_before(scene, motion) != after) & scene.known
+        right = np.count_nonzero(changed & (after == scene.labels))
+        wrong = np.count_nonzero(changed & (after != scene.labels))
+        return (right - SPOILT * wrong) / max(1, np.count_nonzero(scene.paper))
 
-    def _progress(self, found: FoldFound) -> float:
-        """Pixels of the coarse view that a fold puts right less those it gets wrong, whether or not all is explained."""
-        before = self.coarse.draw(self.before, found.motion)
-        after = self.coarse.draw(self.leaves.folded(found.moving), found.motion)
-        changed = (before != after) & self.coarse.known
-        right = np.count_nonzero(changed & (after == self.coarse.labels))
-        return right - SPOILT * np.count_nonzero(changed & (after != self.coarse.labels))
+    def _looks(self, moving: MovingSet, motion: Isometry) -> float:
+        """What a fold as it stands is worth on the fine view."""
+        return self._worth(self.fine, self.fine.draw(self.leaves.folded(moving), motion), motion)
+
+    def _zoom_cost(self, motion: Isometry) -> float:
+        """What it costs that the sheet looks larger or smaller under a motion than it did before."""
+        return zoom_cost(scale_of(motion) / self.scale, self.handheld)
+
+    def _drawn_before(self, scene: Scene, motion: Isometry) -> Labels:
+        """The paper as it was, under a motion."""
+        key = (scene is self.fine, motion)
+        if key not in self._before:
+            self._before[key] = scene.draw(self.before, motion)
+        return self._before[key]
 
     def _rough(self) -> list[FoldFound]:
         """The most promising lines and layers, scored without moving anything."""
@@ -134,9 +147,9 @@ class FoldSearch:
         for change in self.changed:
             for row in self._plausible(change):
                 for moving in self.leaves.moving_sets(as_line(row)):
-                    got = self.coarse.agreement(self.leaves.folded(moving), change.motion)
-                    found.append(FoldFound(moving, change.motion, got))
-        return _different(self._best_first(found))[: self.effort.refined]
+                    drawn = self.coarse.draw(self.leaves.folded(moving), change.motion)
+                    found.append(FoldFound(moving, change.motion, self._worth(self.coarse, drawn, change.motion)))
+        return _different(_best_first(found))[: self.effort.refined]
 
     def _plausible(self, change: Evidence) -> Lines:
         """Landmarks and grid lines that could explain the change, at most ``most_lines`` of each."""
@@ -161,12 +174,15 @@ class FoldSearch:
             return scene.draw(stack, nudged(found.motion, pivot, x[2:]))
 
         def value(x: Vector) -> float:
-            return scene.agreement_of(drawn(x)) - 0.02 * abs(x[5])
+            return self._worth(scene, drawn(x), nudged(found.motion, pivot, x[2:]))
 
         step = 2.0 / scene.grid.pixels_per_unit
-        steps = (step, step, step / 2, step / 2, 1.5, 0.02)
-        x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
-        x, best = polished(drawn, scene, x, best, (step / 2, step / 2, step / 2, step / 2, 50 * step, step))
+        if self.effort.partial:
+            x, best = climb(value, (0.0,) * 6, (step, step, 0.0, 0.0, 0.0, 0.0), halvings - 1)
+        else:
+            x, best = climb(value, (0.0,) * 6, (step, step, step / 2, step / 2, 1.5, 0.02), halvings - 1)
+            steps = (step / 2, step / 2, step / 2, step / 2, 50 * step, step)
+            x, best = polished(drawn, value, scene, x, best, steps)
         moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
         return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
 
@@ -211,7 +227,7 @@ class FoldSearch:
         """The same line with other sets of layers."""
         for moving in self.leaves.moving_sets(found.moving.line):
             if moving.faces != found.moving.faces:
-                got = self.fine.agreement(self.leaves.folded(moving), found.motion)
+                got = self._looks(moving, found.motion)
                 yield FoldFound(moving, found.motion, got, found.exact)
 
     def _settled(self, found: FoldFound, family: "Family") -> FoldFound:
@@ -220,7 +236,7 @@ class FoldSearch:
         sets = list(self.leaves.moving_sets(family.line))
         if not sets:
             return FoldFound(found.moving, start, 0.0)
-        moving = max(sets, key=lambda m: self.fine.agreement(self.leaves.folded(m), start))
+        moving = max(sets, key=lambda m: self._looks(m, start))
         handles = self._handles(moving)
         pivot = _middle(*handles)
 
@@ -231,11 +247,17 @@ class FoldSearch:
         def drawn(x: Vector) -> Labels:
             return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, x[1:]))
 
+        def value(x: Vector) -> float:
+            return self._worth(self.fine, drawn(x), nudged(start, pivot, x[1:]))
+
         step = 1.0 / self.fine.grid.pixels_per_unit
-        origin = (0.0,) * 5
+        x, best = (0.0,) * 5, value((0.0,) * 5)
         steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step)
-        x, best = polished(drawn, self.fine, origin, self.fine.agreement_of(drawn(origin)), steps)
-        x, best = climb(lambda y: self.fine.agreement_of(drawn(y)), x, [s / 2 for s in steps], 1)
+        if self.effort.partial:
+            steps = (2 * steps[0], 0.0, 0.0, 0.0, 0.0)
+        else:
+            x, best = polished(drawn, value, self.fine, x, best, steps)
+        x, best = climb(value, x, [s / 2 for s in steps], 1)
         return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 
     def _through_vertices(self, found: FoldFound) -> Iterator["Family"]:
@@ -280,7 +302,11 @@ class FoldSearch:
     def _at_once(self, found: FoldFound, line: Line) -> float:
         """The agreement of a line near the found one as it stands."""
         moving = self.leaves.moving_from(line, found.moving.seed)
-        return self.fine.agreement(self.leaves.folded(moving), found.motion) if moving else 0.0
+        return self._looks(moving, found.motion) if moving else 0.0
+
+
+def _best_first(found: Sequence[FoldFound]) -> list[FoldFound]:
+    return sorted(found, key=lambda f: -f.agreement)
 
 
 def _distinct(lines: Sequence[Line]) -> list[Line]:

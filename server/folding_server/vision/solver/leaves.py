@@ -4,13 +4,29 @@ A search tries thousands of lines; this follows the same rule as the simulator's
 nothing. The plan that wins is made of real actions and checked against the simulator.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
+from math import dist
+
+import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Line, Point, clip, mirror, overlap
-from folding_server.vision.solver.scene import Stack
+from folding_server.simulator.plane_geometry import (
+    SPECK,
+    Line,
+    Point,
+    area,
+    clip,
+    line_through,
+    mirror,
+    overlap,
+)
+from folding_server.vision.grid import Floats
+from folding_server.vision.solver.scene import Mask, Stack
 
+Pair = tuple[int, int]
+"""Ranks of two faces in the stack; the first takes the second along."""
 NEAR = 0.006
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
 
@@ -31,38 +47,33 @@ class Leaves:
         self.paper = paper
         self.outlines: dict[int, list[Point]] = {f: paper.polygon(f) for f in paper.order}
         self.backs = {f: paper.back_up(f) for f in paper.order}
-        self.joined: dict[int, list[tuple[int, Point, Point]]] = {f: [] for f in paper.order}
-        for (u, v), beside in paper.edge_faces.items():
-            if len(beside) == 2:
-                for face, other in (beside, beside[::-1]):
-                    self.joined[face].append((other, paper.positions[u], paper.positions[v]))
-        self.above: dict[int, list[int]] = {f: [] for f in paper.order}
-        for i, low in enumerate(paper.order):
-            for high in paper.order[i + 1 :]:
-                if overlap(self.outlines[low], self.outlines[high]):
-                    self.above[low].append(high)
+        self._faces = _Shapes([self.outlines[f] for f in paper.order])
+        joined, covered = self._joined(), self._covered()
+        self._pairs = [pair for pair, _ in (*joined, *covered)]
+        self._ties = _Shapes([shape for _, shape in (*joined, *covered)])
 
     def moving_sets(self, line: Line) -> Iterator[MovingSet]:
         """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces."""
-        reach = {f: _extent(self.outlines[f], line) for f in self.paper.order}
-        seen: set[frozenset[int]] = set()
-        for seed in reversed(self.paper.order):
-            low, high = reach[seed]
-            if high <= NEAR or low > NEAR:
+        least, most = self._faces.reach(line)
+        left = _as_bits(least < -NEAR)
+        takes = self._takes(line)
+        known: dict[int, int] = {}
+        seen: set[int] = set()
+        for seed in range(len(least) - 1, -1, -1):
+            if most[seed] <= NEAR or least[seed] > NEAR:
                 continue
-            faces = self._closure(seed, line, reach)
-            if faces in seen:
+            known[seed] = moved = _closure(seed, takes, known)
+            if moved in seen:
                 continue
-            seen.add(faces)
-            if len(faces) < len(self.paper.faces) or any(reach[f][0] < -NEAR for f in faces):
-                yield MovingSet(line, seed, faces)
+            seen.add(moved)
+            if moved.bit_count() < len(least) or left & moved:
+                yield MovingSet(line, self.paper.order[seed], self._named(moved))
 
     def moving_from(self, line: Line, seed: int) -> MovingSet | None:
         """The set turned by a fold along a line from one seed; None if the seed has nothing on the moving side."""
-        reach = {f: _extent(self.outlines[f], line) for f in self.paper.order}
-        if reach[seed][1] <= NEAR:
+        if max(line.distance(p) for p in self.outlines[seed]) <= NEAR:
             return None
-        return MovingSet(line, seed, self._closure(seed, line, reach))
+        return MovingSet(line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line), {})))
 
     def folded(self, moving: MovingSet) -> Stack:
         """What the stack looks like after a fold."""
@@ -84,29 +95,74 @@ class Leaves:
                     backs.append(not self.backs[face])
         return Stack(outlines, backs)
 
-    def _closure(self, seed: int, line: Line, reach: dict[int, tuple[float, float]]) -> frozenset[int]:
-        """Everything that moves with a seed: joined off the line, or lying over a moving part."""
-        found, waiting = {seed}, [seed]
-        while waiting:
-            face = waiting.pop()
-            for other, p, q in self.joined[face]:
-                if other not in found and max(line.distance(p), line.distance(q)) > NEAR:
-                    found.add(other)
-                    waiting.append(other)
-            for other in self.above[face]:
-                if other not in found and reach[other][1] > NEAR and self._meet(face, other, line, reach):
-                    found.add(other)
-                    waiting.append(other)
-        return frozenset(found)
+    def _joined(self) -> list[tuple[Pair, Sequence[Point]]]:
+        """Faces joined by an edge, both ways, and that edge."""
+        positions, rank = self.paper.positions, self.paper.rank
+        return [
+            ((rank[face], rank[other]), (positions[u], positions[v]))
+            for (u, v), beside in self.paper.edge_faces.items()
+            if len(beside) == 2
+            for face, other in (beside, beside[::-1])
+        ]
 
-    def _meet(self, face: int, other: int, line: Line, reach: dict[int, tuple[float, float]]) -> bool:
-        """Whether the moving parts of two faces that overlap do so too."""
-        if reach[face][0] >= -NEAR and reach[other][0] >= -NEAR:
-            return True
-        return overlap(clip(self.outlines[face], line), clip(self.outlines[other], line))
+    def _covered(self) -> list[tuple[Pair, Sequence[Point]]]:
+        """Each face and each one above that covers some of it, and what both cover."""
+        outlines = [self.outlines[f] for f in self.paper.order]
+        return [
+            ((low, high), _intersection(outlines[low], outlines[high]) or outlines[low])
+            for low, high in combinations(range(len(outlines)), 2)
+            if overlap(outlines[low], outlines[high])
+        ]
+
+    def _takes(self, line: Line) -> list[int]:
+        """For each rank the faces, as bits, that it takes along: joined off the line, or lying over its moving part."""
+        takes = [0] * len(self.paper.order)
+        if self._pairs:
+            for i in np.nonzero(self._ties.reach(line)[1] > NEAR)[0].tolist():
+                face, other = self._pairs[i]
+                takes[face] |= 1 << other
+        return takes
+
+    def _named(self, moved: int) -> frozenset[int]:
+        return frozenset(face for rank, face in enumerate(self.paper.order) if moved >> rank & 1)
 
 
-def _extent(outline: list[Point], line: Line) -> tuple[float, float]:
-    """The least and greatest signed distance of an outline's corners from a line."""
-    distances = [line.nx * x + line.ny * y - line.offset for x, y in outline]
-    return min(distances), max(distances)
+class _Shapes:
+    """Outlines of different lengths whose distances from a line are found all at once."""
+
+    def __init__(self, outlines: Sequence[Sequence[Point]]) -> None:
+        self._points = np.array([p for outline in outlines for p in outline]).reshape(-1, 2)
+        self._starts = np.cumsum([0, *(len(outline) for outline in outlines)])[:-1]
+
+    def reach(self, line: Line) -> tuple[Floats, Floats]:
+        """The least and greatest signed distance from a line of each outline's corners."""
+        distances = self._points @ (line.nx, line.ny) - line.offset
+        return np.minimum.reduceat(distances, self._starts), np.maximum.reduceat(distances, self._starts)
+
+
+def _closure(seed: int, takes: Sequence[int], known: Mapping[int, int]) -> int:
+    """Everything that moves with a seed, as bits; ``known`` are closures found before."""
+    found = waiting = 1 << seed
+    while waiting:
+        face = waiting.bit_length() - 1
+        waiting &= ~(1 << face)
+        new = (known[face] if face in known else takes[face]) & ~found
+        found |= new
+        waiting |= 0 if face in known else new
+        waiting &= ~known.get(face, 0)
+    return found
+
+
+def _as_bits(flags: Mask) -> int:
+    """The places that are true, as bits."""
+    return sum(1 << i for i in np.nonzero(flags)[0].tolist())
+
+
+def _intersection(first: Sequence[Point], second: Sequence[Point]) -> list[Point]:
+    """The common part of two convex outlines, empty if they only touch."""
+    common = list(second)
+    corners = list(first) if area(first) > 0 else list(reversed(first))
+    for p, q in zip(corners, [*corners[1:], corners[0]], strict=True):
+        if len(common) > 2 and dist(p, q) > SPECK:
+            common = clip(common, line_through(p, q))
+    return common if len(common) > 2 else []

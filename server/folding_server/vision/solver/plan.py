@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 
 from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
@@ -9,7 +10,7 @@ from folding_schemas.results import ActionClass
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 
-COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.002, "flip": 0.0025, "add_vertex": 0.0003}
+COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
@@ -19,8 +20,10 @@ NOTHING_HAPPENED = 0.006
 
 ZOOM_COST, FREE_ZOOM = 0.1, 0.01
 """A change of scale between two photos costs this much per unit of its logarithm, beyond the free part."""
-
-
+STILL = 8.0
+"""How much dearer a change of scale is under a camera that stands still."""
+TURN_COST, FREE_TURN = 0.0005, 6.0
+"""A turn of the sheet that no action accounts for costs this much a degree, beyond the free part."""
 UNSEEN_COST = 0.01
 """Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
 LINE_COST = 0.02
@@ -41,26 +44,37 @@ class Plan:
     agreement: float
     explanation: str
     zoom: float = 0.0
+    turned: float = 0.0
     contradiction: float = 0.0
     unseen: bool = False
 
     @property
     def score(self) -> float:
-        """Agreement less the cost of the actions, of the camera's coming nearer and of lines that contradict.
+        """Agreement less the cost of the actions, of changes of scale and angle, and of lines that contradict.
 
-        ``zoom`` is the logarithm of the change of scale, ``contradiction`` that of the inner lines, 0 to 2; ``unseen``
-        marks a fold that the photo does not show.
+        ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
+        ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show.
         """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
-        if self.action_class == "compound":
+        if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
-        zoom = ZOOM_COST * max(0.0, abs(self.zoom) - FREE_ZOOM)
-        return self.looks - cost - zoom - (UNSEEN_COST if self.unseen else 0.0)
+        turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
+        return self.looks - cost - self.zoom - turn - (UNSEEN_COST if self.unseen else 0.0)
+
+    @property
+    def creases(self) -> bool:
+        """Whether an action folds or unfolds something."""
+        return any(action.action in ("fold", "unfold") for action in self.actions)
 
     @property
     def looks(self) -> float:
         """Agreement less what the lines inside the paper say against the plan."""
         return self.agreement - LINE_COST * self.contradiction
+
+
+def zoom_cost(ratio: float, handheld: bool) -> float:
+    """What it costs that the sheet looks ``ratio`` times as large as in the photo before."""
+    return ZOOM_COST * max(0.0, abs(log(ratio)) * (1 if handheld else STILL) - FREE_ZOOM)
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

@@ -9,8 +9,8 @@ from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.scene import Scene
-from folding_server.vision.solver.transition import Views, explain, locate
+from folding_server.vision.solver.scene import Scene, Views
+from folding_server.vision.solver.transition import explain, locate
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""

@@ -103,3 +103,15 @@ class Scene:
         corners = self.grid.to_plane(np.array([[cols.min(), rows.min()], [cols.max(), rows.max()]]))
         x, y = corners.mean(axis=0)
         return float(x), float(y)
+
+
+@dataclass(frozen=True)
+class Views:
+    """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one.
+
+    Even under a camera that stands still the sheet's size varies a little with its height over the table.
+    """
+
+    coarse: Scene
+    fine: Scene
+    handheld: bool = False

@@ -1,24 +1,30 @@
 """Explaining one transition: every class of action tried, the best refined, compound plans if no single one will do."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from math import dist, log
+from dataclasses import replace
+from math import dist
 
 from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
-from folding_server.vision.solver.alignment import Freedom, align, scale_of
+from folding_server.vision.solver.alignment import Freedom, align, scale_of, turned_between
 from folding_server.vision.solver.drift import HANDHELD, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.lines import as_line, both_ways, evidence, landmark_lines
-from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.plan import Plan, best_first, zoom_cost
 from folding_server.vision.solver.realise import realise
-from folding_server.vision.solver.scene import Scene, stack_of
-from folding_server.vision.solver.whole_moves import centered, flip_plans, turned_plans, unfold_plans
+from folding_server.vision.solver.scene import Scene, Views, stack_of
+from folding_server.vision.solver.whole_moves import (
+    best_turns,
+    centered,
+    flip_plans,
+    turned_plans,
+    unfold_plans,
+)
 
 EXPLAINED = 0.985
 """A plan of one action with this agreement ends the search for compound ones."""
@@ -28,28 +34,16 @@ PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
 EASY_FACES = 12
 """Papers with more faces are searched with fewer lines where several searches are needed."""
+LOCATED = 0.96
+"""A paper that explains its photo less well where it was last put is looked for at all angles."""
 SAME_DRIFT = 0.008
 """Motions that differ by less (sheet units) are tried once."""
 VISIBLE = 0.003
 """How much better than nothing a fold or unfold must look to count as seen."""
 MOST_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
-STILL = 8.0
-"""How much dearer a change of scale is under a camera that stands still."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
-
-
-@dataclass(frozen=True)
-class Views:
-    """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one.
-
-    Even under a camera that stands still the sheet's size varies a little with its height over the table.
-    """
-
-    coarse: Scene
-    fine: Scene
-    handheld: bool = False
 
 
 def locate(paper: Paper, scene: Scene) -> Isometry:
@@ -57,7 +51,10 @@ def locate(paper: Paper, scene: Scene) -> Isometry:
     stack = stack_of(paper)
     freedom = Freedom(shift=0.04, turn=4.0, scale=0.04, halvings=5)
     starts = (IDENTITY, centered(stack, scene))
-    return max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement).motion
+    best = max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement)
+    if best.agreement < LOCATED:
+        best = max((best, *best_turns(stack, scene)), key=lambda a: a.agreement)
+    return best.motion
 
 
 def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort()) -> list[Plan]:
@@ -80,8 +77,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
 
 def _unseen(plan: Plan, nothing: Plan) -> Plan:
     """A plan that creases, marked if the photo shows no more of it than of nothing at all."""
-    creases = any(action.action in ("fold", "unfold") for action in plan.actions)
-    return replace(plan, unseen=creases and plan.looks < nothing.looks + VISIBLE)
+    return replace(plan, unseen=plan.creases and plan.looks < nothing.looks + VISIBLE)
 
 
 def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
@@ -99,17 +95,27 @@ def _compound_plans(
     paper: Paper, motions: Sequence[Isometry], views: Views, plans: Sequence[Plan], effort: Effort
 ) -> Iterator[Plan]:
     """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
-    partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
-    starts = list(fold_plans(paper, motions, views, partial))[:3]
+    starts = list(_partial_plans(paper, motions, views, effort))[:3]
     starts += [p for p in best_first(plans) if p.actions][:1]
     seen: set[tuple[Action, ...]] = set()
-    yield from starts
     for start in starts:
         if start.actions in seen:
             continue
         seen.add(start.actions)
+        yield _settled(start, views, motions[0])
         near = [start.motion, *drifts(stack_of(start.paper), views.coarse, start.motion)]
         yield from fold_plans(start.paper, near, views, _lighter(effort, start.paper), before=start.actions)
+
+
+def _partial_plans(
+    paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort
+) -> Iterator[Plan]:
+    """Folds that explain a part of the change, under the drift of what nothing was done to."""
+    drawn = stack_of(paper)
+    changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
+    for found in FoldSearch(paper, views, changed, partial, scale_of(motions[0])).run():
+        yield from _realised(paper, found, ())
 
 
 def _lighter(effort: Effort, paper: Paper) -> Effort:
@@ -146,9 +152,12 @@ def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
     """A plan with its motion and agreement measured on the fine view."""
     freedom = Freedom(shift=0.01, turn=1.0, scale=0.01, halvings=3)
     settled = align(stack_of(plan.paper), views.fine, plan.motion, freedom)
-    zoom = log(scale_of(settled.motion) / scale_of(last)) * (1 if views.handheld else STILL)
+    zoom = zoom_cost(scale_of(settled.motion) / scale_of(last), views.handheld)
+    turned = turned_between(last, settled.motion)
     lines = inner_lines(plan.paper, views.fine, settled.motion).contradiction
-    return replace(plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom, contradiction=lines)
+    return replace(
+        plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom, turned=turned, contradiction=lines
+    )
 
 
 def fold_plans(
@@ -157,7 +166,7 @@ def fold_plans(
     """Single folds that explain the photo, as actions, after those of ``before``."""
     drawn = stack_of(paper)
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    search = FoldSearch(paper, views.coarse, views.fine, changed, effort)
+    search = FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
     for found in search.run():
         for plan in _realised(paper, found, before):
             yield _settled(plan, views, motions[0])
