@@ -160,7 +160,7 @@ def test_a_ring_that_does_not_close_up_is_refused():
 
 @pytest.mark.parametrize(
     ("changes", "named"),
-    [({"letters": (*"BBBX",)}, "'X'"), ({"letters": (*"BBB",)}, "3 letters"), ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9")],
+    [({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"), ({"letters": (*"BBBX",)}, "'X'"), ({"letters": (*"BBB",)}, "3 letters"), ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9")],
 )
 def test_a_pattern_that_cannot_be_read_says_why(changes, named):
     square = {"vertices": ((0, 0), (1, 0), (1, 1), (0, 1)), "edges": ((0, 1), (1, 2), (2, 3), (3, 0)), "letters": (*"BBBB",)}

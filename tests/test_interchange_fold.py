@@ -318,6 +318,11 @@ BROKEN = {
         | {"edges_vertices": [*SQUARE["edges_vertices"], [2, 0]], "edges_assignment": ["B"] * 4 + ["V", "M"]},
         "A mountain and a valley lie on top of each other",
     ),
+    "an edge without ends": (
+        SQUARE | {"edges_vertices": [*SQUARE["edges_vertices"], [2, 2]], "edges_assignment": ["B"] * 4 + ["V", "F"]},
+        "edge 5 joins vertex 2 with itself",
+    ),
+    "a face without corners": (SQUARE | {"faces_vertices": [[0, 1, 2], []]}, "face 1 has fewer than three corners"),
     "a cut": (SQUARE | {"edges_assignment": ["B", "B", "B", "B", "C"]}, "cut edges"),
     "three dimensions": (
         SQUARE | {"vertices_coords": [[0, 0], [1, 0], [1, 1, 0.5], [0, 1]]},

@@ -1,6 +1,7 @@
 """``.cp`` files of ORIPA and Oriedita: what we write, that we read it back, and lines as people draw them."""
 
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +128,7 @@ def test_blank_lines_and_tabs_do_no_harm() -> None:
         (SHEET + "2 0 0 1\n", "Line 5 of the .cp file reads '2 0 0 1'"),
         (SHEET + "M 0 0 1 1\n", "Line 5"),
         (SHEET + "2 0 0 1 nan\n", "Line 5"),
+        (SHEET + "2 0 0 1 1e300\n", "Line 5"),
         (SHEET + "2 0 0 1 1 1\n", "Line 5"),
         ('{"vertices_coords": []}', "Line 1"),
     ],
@@ -154,3 +156,16 @@ def exit_code(*arguments: str) -> object:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     return ended.value.code
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.data())
+def test_damaged_files_are_read_or_refused(seed: int, data: st.DataObject) -> None:
+    """Whatever happened to a file: no other error comes out, and what is read can be checked."""
+    rows = oripa_text(crease_pattern_of(random_paper(seed, 3))).splitlines()
+    i = data.draw(st.integers(0, len(rows) - 1))
+    fields = rows[i].split()
+    fields[data.draw(st.integers(0, 4))] = data.draw(st.sampled_from(["0", "-200", "x", "7", "1e-300", "-0.5", "1e9"]))
+    rows[i] = " ".join(fields)
+    with suppress(ProgramError):
+        check_pattern(read_oripa("\n".join(rows)), cap=2)

@@ -147,6 +147,15 @@ def _check_sizes(frame: Frame, index: int) -> None:
             raise ProgramError(
                 f"In frame {index} of the FOLD file, {name} has {length} entries where {wanted} are needed."
             )
+    loop = next((i for i, (u, v) in enumerate(frame.edges_vertices) if u == v), None)
+    if loop is not None:
+        v = frame.edges_vertices[loop][0]
+        raise ProgramError(
+            f"In frame {index} of the FOLD file, edge {loop} joins vertex {v} with itself; leave it out."
+        )
+    thin = next((i for i, face in enumerate(frame.faces_vertices) if len(face) < 3), None)
+    if thin is not None:
+        raise ProgramError(f"In frame {index} of the FOLD file, face {thin} has fewer than three corners.")
     if any(len(point) < 2 for point in frame.vertices_coords):
         raise ProgramError(f"In frame {index} of the FOLD file, a vertex has fewer than two coordinates.")
 

@@ -17,7 +17,8 @@ def check_layers(paper: Paper, pattern: CreasePattern, vertex_ids: Sequence[int]
     ``vertex_ids`` are the ids of the pattern's vertices on the paper; faces are named by their number in the file.
     """
     for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
-        found = paper.letter(edge_of(vertex_ids[u], vertex_ids[v]))
+        edge = edge_of(vertex_ids[u], vertex_ids[v])
+        found = paper.letter(edge) if edge in paper.edge_faces else letter
         if {letter, found} == {"M", "V"}:
             raise ProgramError(
                 f"Edge {u}-{v} of the FOLD file has the letter {letter}, but its face orders make it {found}; {ADVICE}."

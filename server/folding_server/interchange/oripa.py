@@ -6,7 +6,6 @@ y runs up), the sheet lies front up, and ORIPA's own sheet runs from -200 to 200
 """
 
 from dataclasses import replace
-from math import isfinite
 
 from folding_server.errors import ProgramError
 from folding_server.interchange.arrangement import DrawnLine, arranged
@@ -16,6 +15,8 @@ from folding_server.simulator.plane_geometry import Point
 LINE_TYPES: dict[Letter, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
 LETTERS: dict[int, Letter] = {1: "B", 2: "M", 3: "V"}
 SPAN = 400.0
+LARGEST = 1e9
+"""Coordinates beyond this are no drawing; their squares would leave no digits to measure with."""
 
 
 def oripa_text(pattern: CreasePattern) -> str:
@@ -54,10 +55,10 @@ def _drawn(number: int, fields: list[str]) -> DrawnLine:
         kind, (x1, y1, x2, y2) = int(fields[0]), map(float, fields[1:])
     except ValueError:
         kind, x1, y1, x2, y2 = 0, *(float("nan"),) * 4
-    if not all(map(isfinite, (x1, y1, x2, y2))):
+    if not all(abs(c) <= LARGEST for c in (x1, y1, x2, y2)):
         raise ProgramError(
             f"Line {number} of the .cp file reads {' '.join(fields)[:60]!r}; it should be a whole number, the type, and "
-            "four numbers: x1 y1 x2 y2."
+            f"four numbers up to {LARGEST:g}: x1 y1 x2 y2."
         )
     return DrawnLine((x1, y1), (x2, y2), LETTERS.get(kind, "F"))
 

@@ -43,6 +43,9 @@ class CreasePattern:
         odd = sorted(set(self.letters) - set(LETTERS))
         if odd:
             raise ProgramError(f"The letter {odd[0]!r} is unknown; use B, M, V, F or U.")
+        loop = next((i for i, (u, v) in enumerate(self.edges) if u == v), None)
+        if loop is not None:
+            raise ProgramError(f"Edge {loop} joins vertex {self.edges[loop][0]} with itself; leave it out.")
         for cycle in (*self.edges, *self.faces):
             for v in cycle:
                 if not 0 <= v < len(self.vertices):
