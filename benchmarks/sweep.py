@@ -39,7 +39,7 @@ class Run:
     sheet: Point = (1.0, 1.0)
     actions: list[Action] = field(default_factory=list)
     places: list[tuple[Point, ...]] = field(default_factory=list)
-    refused: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
     faces: int = 1
     failure: tuple[str, str] | None = None
 
@@ -63,9 +63,10 @@ def follow(plan: Plan, paper: Paper, run: Run) -> Paper:
     while action is not None:
         run.actions.append(action)
         run.places.append(named_places(paper, action))
-        after, run.failure = checked(paper, action)
+        after, run.failure, refusal = checked(paper, action)
         if after is None:
-            run.refused += run.failure is None
+            if refusal:
+                run.refused[in_general(action, refusal)] += 1
             return paper
         paper, run.faces = after, len(after.faces)
         if run.failure:
@@ -77,8 +78,8 @@ def follow(plan: Plan, paper: Paper, run: Run) -> Paper:
     return paper
 
 
-def checked(paper: Paper, action: Action) -> tuple[Paper | None, tuple[str, str] | None]:
-    """The paper after an action (None if there is none) and what is wrong with that, if anything."""
+def checked(paper: Paper, action: Action) -> tuple[Paper | None, tuple[str, str] | None, str]:
+    """The paper after an action (None if there is none), what is wrong with that, if anything, and a proper refusal."""
     before = fingerprint(paper)
     try:
         after = apply(paper, action)
@@ -86,17 +87,22 @@ def checked(paper: Paper, action: Action) -> tuple[Paper | None, tuple[str, str]
         folded_state(after)
     except ActionRefused as refusal:
         if not NAMED.search(str(refusal)) and (not isinstance(action, Unfold) or folded_edges(paper)):
-            return None, ("refusal names nothing", str(refusal))
-        return None, None if fingerprint(paper) == before else ("paper changed", str(refusal))
+            return None, ("refusal names nothing", str(refusal)), ""
+        return None, None if fingerprint(paper) == before else ("paper changed", str(refusal)), str(refusal)
     except Exception as error:  # noqa: BLE001 - an internal error is what the sweep looks for
         where = error.__traceback__
         while where and where.tb_next:
             where = where.tb_next
         line = f"{Path(where.tb_frame.f_code.co_filename).name}:{where.tb_lineno}" if where else "?"
-        return None, (f"{type(error).__name__} at {line}", str(error))
+        return None, (f"{type(error).__name__} at {line}", str(error)), ""
     if fingerprint(paper) != before:
-        return after, ("paper changed", repr(action))
-    return after, (found[0].kind, "; ".join(map(str, found[:3]))) if found else None
+        return after, ("paper changed", repr(action)), ""
+    return after, (found[0].kind, "; ".join(map(str, found[:3]))) if found else None, ""
+
+
+def in_general(action: Action, refusal: str) -> str:
+    """What is refused and why without the numbers, so that refusals can be counted by kind."""
+    return f"{action.action}: " + re.sub(r"[-+]?\d[\d.e-]*(, #)*", "#", refusal)[:70]
 
 
 def fingerprint(paper: Paper) -> tuple[object, ...]:
@@ -136,7 +142,7 @@ def again(sheet: Point, kept: list[tuple[Action, tuple[Point, ...]]], kind: str)
             actions.append(action.model_copy(update={"edge": tuple(ids)}))
         else:
             actions.append(action)
-        after, failure = checked(paper, actions[-1])
+        after, failure, _ = checked(paper, actions[-1])
         if failure:
             return actions if failure[0] == kind else None
         paper = after or paper
@@ -169,8 +175,10 @@ def main() -> int:
     started, failing = time.perf_counter(), []
     failures: Counter[str] = Counter()
     count: Counter[str] = Counter()
+    refused: Counter[str] = Counter()
     for index, run in sweep(options.programs, options.folds, options.seed, options.jobs, options.first):
-        count.update(programs=1, actions=len(run.actions), refused=run.refused, faces=run.faces)
+        count.update(programs=1, actions=len(run.actions), refused=run.refused.total(), faces=run.faces)
+        refused.update(run.refused)
         if run.failure:
             failures[run.failure[0]] += 1
             if failures[run.failure[0]] <= options.show:
@@ -182,6 +190,7 @@ def main() -> int:
         "programs": count["programs"], "actions": count["actions"],
         "refused_share": round(count["refused"] / max(1, count["actions"]), 4),
         "mean_faces": round(count["faces"] / max(1, count["programs"]), 1),
+        "refused": dict(refused.most_common()),
         "failures": dict(failures), "seconds": round(time.perf_counter() - started, 1), "failing": failing,
     }, indent=1))
     return 1 if failures else 0
