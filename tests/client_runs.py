@@ -89,6 +89,17 @@ def sequence(frames: int) -> Path:
     return folder
 
 
+def shortened(source: Path, folder: Path, frames: int) -> Path:
+    """The first frames of a sequence as a sequence of its own."""
+    manifest = json.loads((source / "keyframes.json").read_text())
+    folder.mkdir()
+    shutil.copytree(source / "frames", folder / "frames")
+    (folder / "keyframes.json").write_text(
+        json.dumps(manifest | {"name": folder.name, "keyframes": manifest["keyframes"][:frames]})
+    )
+    return folder
+
+
 @cache
 def server_url() -> str:
     """The address of a folding server over HTTP that serves every sequence of these tests."""

@@ -243,8 +243,9 @@ def test_nothing_goes_to_the_network_but_the_model_s_calls(tmp_path: Path) -> No
                 MODEL,
                 "--out",
                 tmp_path / "run",
-            ]
-            + ["--api-base", provider.url],
+                "--api-base",
+                provider.url,
+            ],
             capture_output=True,
             text=True,
             check=False,

@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import shutil
 from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from client_runs import events, program
+from client_runs import events, program, shortened
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
 from folding_client.models.evidence import Memory
@@ -25,17 +24,6 @@ from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo
 from paths import ROOT
 
 Angles = tuple[float, ...]
-
-
-def shortened(source: Path, folder: Path, frames: int) -> Path:
-    """The first frames of a sequence as a sequence of its own."""
-    manifest = json.loads((source / "keyframes.json").read_text())
-    folder.mkdir()
-    shutil.copytree(source / "frames", folder / "frames")
-    (folder / "keyframes.json").write_text(
-        json.dumps(manifest | {"name": folder.name, "keyframes": manifest["keyframes"][:frames]})
-    )
-    return folder
 
 
 def test_the_first_folds_of_the_cat_are_found_without_any_model(tmp_path: Path) -> None:

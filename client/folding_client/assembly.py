@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 from folding_client.agent.loop import Agent, Habits
+from folding_client.agent.offer import PROPOSING
 from folding_client.agent.savings import Kept
+from folding_client.agent.solver import Solver
 from folding_client.agent.toolbox import Toolbox
 from folding_client.critic import Critic, GeometricCritic, ModelCritic
 from folding_client.models.base import Model
@@ -42,7 +44,10 @@ def make_cast(settings: Settings, recorder: Recorder) -> Cast:
         return None if role != "agent" and spec == "geometric" else _made(spec, role, settings, recorder)
 
     return Cast(
-        _made(settings.model, "agent", settings, recorder), of("critic"), of("overview"), of("selector")
+        _made(settings.role("agent"), "agent", settings, recorder),
+        of("critic"),
+        of("overview"),
+        of("selector"),
     )
 
 
@@ -122,8 +127,11 @@ def _agent(
         colors,
         tools=settings.tool_set,
         kept=kept,
+        also=PROPOSING if settings.hybrid else frozenset(),
     )
     voice = Voice("agent", cast.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
     habits = Habits(settings.failures_per_step, kept, examples)
-    return Agent(voice, server, toolbox, make_selector(cast, server, recorder), recorder, progress, habits)
+    solver = Solver(server, recorder) if settings.hybrid else None
+    selector = make_selector(cast, server, recorder)
+    return Agent(voice, server, toolbox, selector, recorder, progress, habits, solver)

@@ -40,12 +40,13 @@ class ToolRefused(Interrupt):
 
 
 class StepOver(Interrupt):
-    """A checkpoint was saved or an attempt committed; ``complete`` says that no frame is left."""
+    """A checkpoint was saved by whoever ``by`` names; ``complete`` says that no frame is left."""
 
-    def __init__(self, frame: int, *, complete: bool) -> None:
+    def __init__(self, frame: int, *, complete: bool, by: str) -> None:
         super().__init__(f"frame {frame} is saved")
         self.frame = frame
         self.complete = complete
+        self.by = by
 
 
 class AttemptsUsedUp(Interrupt):

@@ -5,7 +5,10 @@ from typing import Annotated
 
 import typer
 
-ModelId = Annotated[str | None, typer.Option(help="geometric, scripted:FILE or litellm/PROVIDER/MODEL.")]
+ModelId = Annotated[
+    str | None,
+    typer.Option(help="geometric, litellm/PROVIDER/MODEL, hybrid:PROVIDER/MODEL or scripted:FILE."),
+]
 Critic = Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")]
 Overview = Annotated[str | None, typer.Option(help="Model of the overview critic.")]
 Selector = Annotated[str | None, typer.Option(help="Model of the selector.")]

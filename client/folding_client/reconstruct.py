@@ -216,7 +216,7 @@ def _about(job: Job) -> dict[str, Any]:
     """What ``run.json`` says of a run beside its outcome."""
     if job.resumes:
         return job.folder.description() | {"settings": job.settings.described()}
-    roles = {role: job.settings.role(role) for role in ROLES}
+    roles = {role: job.settings.role(role) for role in ROLES} | {"agent": job.settings.model}
     return {
         "format": FORMAT,
         "created": datetime.now(UTC).isoformat(),

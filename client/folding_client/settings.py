@@ -11,6 +11,8 @@ Variant = Literal["agent", "vlm-cp", "vlm-s", "vlm-s-c"]
 Role = Literal["agent", "critic", "overview", "selector"]
 ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
 
+HYBRID = "hybrid:"
+"""What ids of models begin with that are asked only where the geometric solver does not see clearly."""
 LEAST_THINKING = 1024
 """The smallest budget that providers take."""
 
@@ -43,6 +45,15 @@ class Settings(BaseModel):
     retries: RetryPolicy = RetryPolicy()
 
     @model_validator(mode="after")
+    def _is_no_hybrid_without_tools(self) -> "Settings":
+        if self.hybrid and self.variant != "agent":
+            message = (
+                f"{self.model} works as an agent; leave out --variant {self.variant}, or the word hybrid"
+            )
+            raise ValueError(message)
+        return self
+
+    @model_validator(mode="after")
     def _leaves_room_to_answer(self) -> "Settings":
         if 0 < self.thinking_budget < LEAST_THINKING:
             message = (
@@ -60,13 +71,25 @@ class Settings(BaseModel):
 
     def role(self, role: Role) -> str:
         """The model id for a role."""
-        chosen: str | None = self.model if role == "agent" else getattr(self, role)
-        return chosen or self.model
+        chosen: str | None = self.speaker if role == "agent" else getattr(self, role)
+        return chosen or self.speaker
+
+    @property
+    def hybrid(self) -> bool:
+        """Whether the geometric solver works before the model."""
+        return self.model.startswith(HYBRID)
+
+    @property
+    def speaker(self) -> str:
+        """The model that is asked: that behind a hybrid, which is a litellm id unless it says otherwise."""
+        behind = self.model.removeprefix(HYBRID)
+        known = not self.hybrid or behind.startswith(("litellm/", "scripted:"))
+        return behind if known else f"litellm/{behind}"
 
     @property
     def tool_set(self) -> ToolSet:
-        """The tools that a model is offered: all if it decides by itself what to call, else the standard ones."""
-        return self.tools or ("standard" if self.model.startswith("litellm/") else "all")
+        """The tools that the model is offered: the standard ones if it is a language model, else all."""
+        return self.tools or ("standard" if self.speaker.startswith("litellm/") else "all")
 
     def described(self) -> dict[str, dict[str, Any]]:
         """The settings as ``run.json`` states them: those given, and those that defaulted."""

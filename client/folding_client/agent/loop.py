@@ -16,6 +16,7 @@ from folding_schemas.results import (
 from folding_client.agent.context import StepContext
 from folding_client.agent.opening import opening
 from folding_client.agent.savings import Kept
+from folding_client.agent.solver import Solver
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
@@ -50,7 +51,9 @@ class Habits:
 
 
 class Agent:
-    """Reconstructs a sequence frame by frame. Every step starts from a fresh context."""
+    """Reconstructs a sequence frame by frame. Every step starts from a fresh context; with a solver, only the frames
+    that it leaves open are steps of the model's.
+    """
 
     simulates = True
 
@@ -63,6 +66,7 @@ class Agent:
         recorder: Recorder,
         progress: Progress,
         habits: Habits,
+        solver: Solver | None = None,
     ) -> None:
         self._voice = voice
         self._server = server
@@ -71,6 +75,7 @@ class Agent:
         self._recorder = recorder
         self._progress = progress
         self._habits = habits
+        self._solver = solver
         self._history: dict[int, CheckpointState] = {}
         self._failed = 0
 
@@ -90,10 +95,10 @@ class Agent:
         try:
             if await self._spent(info):
                 raise AttemptsUsedUp(frame)
-            await self._converse(info)
+            await self._converse(info, await self._found(info))
         except StepOver as over:
             self._failed = 0
-            self._recorder.event("step_over", frame=over.frame, complete=over.complete)
+            self._recorder.event("step_over", frame=over.frame, complete=over.complete, by=over.by)
         except AttemptsUsedUp as spent:
             self._failed = 0
             await self._select(spent.frame)
@@ -107,9 +112,17 @@ class Agent:
         await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=max(info.saved))
         return await self._server.where()
 
-    async def _converse(self, info: RunInfo) -> None:
-        """Query, execute, append, until an interrupt ends the step."""
-        context = StepContext(await self._opening(info), self._habits.kept)
+    async def _found(self, info: RunInfo) -> list[Message]:
+        """What the solver has to tell of the next frame, if there is one. StepOver if it has saved the frame."""
+        if self._solver is None:
+            return []
+        self._progress.doing("measuring the photos")
+        return [await self._solver.look(info)]
+
+    async def _converse(self, info: RunInfo, found: list[Message]) -> None:
+        """Query, execute, append, until an interrupt ends the step; ``found`` is told with the opening."""
+        opening = await self._opening(await self._server.where() if found else info)
+        context = StepContext([*opening, *found], self._habits.kept)
         silent_from: list[int] = []
         while True:
             reply = await self._query(context)
@@ -144,7 +157,8 @@ class Agent:
             if result.is_error:
                 failed = failed or call
             elif call.name == "save_checkpoint" and result.structured:
-                raise StepOver(result.structured["frame"], complete=result.structured["complete"])
+                saved = result.structured
+                raise StepOver(saved["frame"], complete=saved["complete"], by=self._voice.model.name)
             if result.is_error or call.name == "restore_checkpoint":
                 await self._check_budget(call)
 

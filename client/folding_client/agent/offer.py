@@ -26,15 +26,17 @@ PAPER_TOOLS = frozenset(
 """The tools that the paper's agent has, beside ``ask_critic``."""
 STANDARD_TOOLS = PAPER_TOOLS | {"undo", "compare_to_frame"}
 """Those, a step back that costs no attempt, and a measure to hold against the critic's word."""
+PROPOSING = frozenset({"propose_actions"})
+"""What is on offer beside a set where a solver works before the model."""
 NOT_OFFERED = frozenset({"list_sequences", "open_run", "commit_attempt"})
 """Tools that would leave the run or take a decision that is the controller's."""
 
 
-def on_offer(tools: Iterable[ToolSpec], which: ToolSet) -> list[ToolSpec]:
-    """The tools of a set, in their own order."""
+def on_offer(tools: Iterable[ToolSpec], which: ToolSet, also: frozenset[str] = frozenset()) -> list[ToolSpec]:
+    """The tools of a set and those ``also`` named, in the server's order."""
     if which == "all":
         return [tool for tool in tools if tool.name not in NOT_OFFERED]
-    names = PAPER_TOOLS if which == "paper" else STANDARD_TOOLS
+    names = (PAPER_TOOLS if which == "paper" else STANDARD_TOOLS) | also
     return [tool for tool in tools if tool.name in names]
 
 

@@ -15,7 +15,9 @@ _STATE = ("state",)
 _BRIEF: dict[str, tuple[str, ...]] = {
     **dict.fromkeys([*ACTIONS, "undo", "get_current_state"], _STATE),
     "restore_checkpoint": ("next_attempt", "state"),
-    **dict.fromkeys(["view_frame", "observe_movement", "render_current", "save_checkpoint"], ()),
+    **dict.fromkeys(
+        ["view_frame", "observe_movement", "render_current", "save_checkpoint", "propose_actions"], ()
+    ),
 }
 """The parts of an answer's data that its short text does not say, by tool; all but the run's id for the others."""
 _CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})

@@ -39,7 +39,8 @@ class AskCritic(BaseModel):
 class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
-    ``offered`` holds the tools that may be called, those of the set ``tools`` and ``ask_critic``. Unless they are
+    ``offered`` holds the tools that may be called: those of the set ``tools``, those ``also`` named, and
+    ``ask_critic``. Unless they are
     ``kept``, the critic's four pictures are left out of its answer, and other answers are brief.
     """
 
@@ -53,6 +54,7 @@ class Toolbox:
         *,
         tools: ToolSet,
         kept: Kept,
+        also: frozenset[str] = frozenset(),
     ) -> None:
         self._server = server
         self._critic = critic
@@ -64,7 +66,7 @@ class Toolbox:
         own = ToolSpec(
             "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
-        specs = [*offer.on_offer(server.specs(), tools), own]
+        specs = [*offer.on_offer(server.specs(), tools, also), own]
         self.offered = {spec.name: spec if kept.descriptions else offer.in_brief(spec) for spec in specs}
 
     async def execute(self, call: ToolCall) -> ToolResult:

@@ -10,7 +10,10 @@ from folding_client.models.scripted import ScriptedModel, load_script
 from folding_client.record.events import Event
 from folding_client.settings import Settings
 
-IDS = "geometric, scripted:FILE, or litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview"
+IDS = (
+    "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
+    "hybrid:PROVIDER/MODEL"
+)
 
 
 def make_model(spec: str, role: str, settings: Settings, note: Callable[[str, float], None]) -> Model:

@@ -10,7 +10,7 @@ from typing import Any
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
 from folding_client.record.events import EventLog, read_events
 from folding_client.record.folder import RunFolder
-from folding_client.record.totals import Totals, tallied, tally_of, totals_of
+from folding_client.record.totals import Totals, deciders_of, decision, tallied, tally_of, totals_of
 
 FORMAT = 1
 
@@ -24,6 +24,7 @@ class Recorder:
         before = list(read_events(folder.events)) if folder.events.exists() else []
         self.totals = totals_of(before)
         self._tally = tally_of(before)
+        self._deciders = deciders_of(before)
         self._log = EventLog(folder.events)
         self._seconds_before = float(about.get("outcome", {}).get("seconds", 0.0))
         self._started = datetime.now(UTC)
@@ -32,6 +33,7 @@ class Recorder:
         """Append one event."""
         if name := tallied(kind, data):
             self._tally[name] += 1
+        self._deciders |= decision(kind, data)
         self._log.append(kind, **data)
 
     def request(self, role: str, messages: Sequence[Message], new_from: int) -> None:
@@ -87,6 +89,7 @@ class Recorder:
             "seconds": round(seconds, 3),
             "updated": datetime.now(UTC).isoformat(),
         }
+        self.about["decided"] = {str(frame): by for frame, by in sorted(self._deciders.items())}
         self.about["tally"] = dict(sorted(self._tally.items()))
         self.about["totals"] = {role: asdict(totals) for role, totals in self.totals.items()}
         self.folder.write_json("run.json", self.about)

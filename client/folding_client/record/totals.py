@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from folding_client.messages import Usage
 from folding_client.record.events import Event
@@ -48,6 +49,22 @@ def totals_of(events: Iterable[Event]) -> dict[str, Totals]:
             before = totals.get(event["role"], Totals())
             totals[event["role"]] = before.plus(Usage(**event["usage"]), event["seconds"])
     return totals
+
+
+def deciders_of(events: Iterable[Event]) -> dict[int, str]:
+    """By frame, who decided it last: the name of a model, the solver, or the selector among the attempts."""
+    found: dict[int, str] = {}
+    for event in events:
+        if decided := decision(event["kind"], event):
+            found |= decided
+    return found
+
+
+def decision(kind: str, data: Mapping[str, Any]) -> dict[int, str]:
+    """The frame that an event decides, and by whom; nothing if it decides none."""
+    if kind == "step_over" and "by" in data:
+        return {data["frame"]: data["by"]}
+    return {data["frame"]: f"selector ({data['by']})"} if kind == "selected" else {}
 
 
 def tally_of(events: Iterable[Event]) -> Counter[str]:
