@@ -2,15 +2,25 @@
 
 import json
 import sys
+from itertools import combinations
+from math import cos, pi, sin
+from random import Random
 
 import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
+from folding_server.errors import ActionRefused
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.simulator.plane_geometry import IDENTITY
+from folding_server.simulator.plane_geometry import IDENTITY, Line
+from folding_server.vision.solver.holding import held
+from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.realise import realise
+from folding_server.vision.solver.scene import stack_of
 from folding_server.vision.solver.transition import explain, locate
+from hypothesis import given, strategies
 from label_views import CLEAN, Spoiling, views
 from paths import ROOT, SHARED
+from shapely.geometry import Polygon
 
 sys.path.insert(0, str(ROOT / "benchmarks" / "reconstruction"))
 from exactness import exactness
@@ -69,6 +79,87 @@ def test_two_actions_in_one_keyframe_are_found() -> None:
     truth, plan = explained((), (*first, *second), CLEAN)
     assert plan.action_class == "compound"
     assert exactness(truth, plan.paper).holds(0.02)
+
+
+@pytest.mark.parametrize("spoiling", [CLEAN, Spoiling(degrees=2.5), DRIFTED], ids=["still", "turned", "drifted"])
+def test_folds_from_both_sides_are_found_though_no_side_of_the_sheet_stays(spoiling: Spoiling) -> None:
+    left = (AddVertex(edge=(1, 2), position=0.12), AddVertex(edge=(4, 3), position=0.12), Fold(edge=(5, 6), direction=-1))
+    right = (AddVertex(edge=(2, 5), position=0.2), AddVertex(edge=(3, 6), position=0.2), Fold(edge=(7, 8), direction=1))
+    truth, plan = explained((), (*left, *right), spoiling)
+    assert plan.action_class == "compound"
+    assert exactness(truth, plan.paper).holds(0.02)
+
+
+def test_borders_that_stay_hold_the_sheet_where_two_sides_are_folded_away() -> None:
+    folded = replay(
+        (AddVertex(edge=(1, 2), position=0.2), AddVertex(edge=(4, 3), position=0.2), Fold(edge=(5, 6), direction=-1))
+    )
+    moved = Spoiling(shift=(0.01, 0.02), degrees=-2.0)
+    motion = held(stack_of(new_paper()), views(folded, moved).fine, IDENTITY)
+    for place in ((1.0, 0.0), (1.0, 1.0), (0.3, 0.0), (0.3, 1.0)):
+        assert motion(place) == pytest.approx(moved.motion(place), abs=0.004)
+
+
+def test_a_sheet_that_lies_at_quite_another_angle_is_located() -> None:
+    paper = replay((*DIAGONAL, AddVertex(edge=(4, 1), position=0.3), Fold(edge=(5, 2), direction=1)))
+    turned = Spoiling(degrees=105.0)
+    motion = locate(paper, views(paper, turned).coarse)
+    for place in paper.positions.values():
+        assert motion(place) == pytest.approx(turned.motion(place), abs=0.01)
+
+
+def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone() -> None:
+    program = Program(steps=json.loads((SHARED / "programs/figure_d_cat_9_frames.json").read_text())["steps"])
+    cat = replay([action for step in program.steps[:6] for action in step])
+    truth = cat
+    for action in program.steps[6]:
+        truth = apply(truth, action)
+    ears, head = {5, 6, 7, 8}, {1, 2, 3, 4}
+    for gap in (0.0, 0.0004, 0.0008):
+        line = Line(0.0, 1.0, truth.positions[10][1] - gap)
+        (moving,) = (m for m in Leaves(cat).moving_sets(line) if m.faces == head)
+        ((_, folded),) = realise(cat, moving, exact=False)
+        assert turned_by(cat, folded) == head
+        assert not turned_by(cat, folded) & ears
+
+
+@given(strategies.integers(0, 10**6))
+def test_layer_sets_are_closed_and_each_can_be_folded(seed: int) -> None:
+    random = Random(seed)
+    paper = random_paper(random, 3)
+    angle = random.uniform(0, 2 * pi)
+    line = Line(cos(angle), sin(angle), random.uniform(-0.2, 1.2))
+    sets = list(Leaves(paper).moving_sets(line))
+    assert len({moving.faces for moving in sets}) == len(sets)
+    for first, second in combinations(sets, 2):
+        if second.seed in first.faces:
+            assert second.faces <= first.faces
+
+
+def turned_by(paper: Paper, folded: Paper) -> frozenset[int]:
+    """Faces of a paper of which a part lies the other way up after a fold."""
+    parent = {face: _holding(paper, folded, face) for face in folded.faces}
+    return frozenset(parent[face] for face in folded.faces if folded.back_up(face) != paper.back_up(parent[face]))
+
+
+def _holding(paper: Paper, folded: Paper, face: int) -> int:
+    """The face of a paper that a face cut from it was part of."""
+    part = Polygon(folded.sheet_polygon(face))
+    return max(paper.faces, key=lambda f: Polygon(paper.sheet_polygon(f)).intersection(part).area)
+
+
+def random_paper(random: Random, folds: int) -> Paper:
+    """A paper folded along random lines through two of its edges."""
+    paper = new_paper()
+    for _ in range(folds):
+        (a, b), (c, d) = random.sample(sorted(paper.edge_faces), 2)
+        fresh = max(paper.places) + 1
+        try:
+            marked = apply(apply(paper, AddVertex(edge=(a, b), position=0.4)), AddVertex(edge=(c, d), position=0.7))
+            paper = apply(marked, Fold(edge=(fresh, fresh + 1), direction=random.choice((1, -1))))
+        except ActionRefused:
+            continue
+    return paper
 
 
 def test_what_a_hand_hides_does_not_count() -> None:

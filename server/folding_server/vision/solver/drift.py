@@ -59,6 +59,8 @@ class Range:
     scales: tuple[float, ...] = (1.0,)
 
 
+SLIGHT = Range(shift=0.04)
+"""What happens to paper that is folded from two sides at once: it stays where it is, though no side of it does."""
 HANDHELD = Range(turn=16, turn_step=2, shift=0.25, stride=2, scales=(0.88, 0.94, 1.0, 1.06, 1.12))
 """What a camera held in the hand may do between two photos."""
 

@@ -6,15 +6,15 @@ best are refined below the pixel together with the sheet's drift, then snapped t
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import dist
 
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through
+from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.labels import Labels
 from folding_server.vision.solver.alignment import Vector, climb, nudged, polished, scale_of
 from folding_server.vision.solver.constructions import constructions
+from folding_server.vision.solver.creases import Family, handles_of, middle, shifted
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.lines import (
     Evidence,
@@ -70,31 +70,6 @@ class FoldFound:
     exact: bool = False
 
 
-@dataclass(frozen=True)
-class Family:
-    """A line, or the lines got by turning it about ``pinned``, or by shifting it."""
-
-    line: Line
-    pinned: Point | None = None
-    shifts: bool = False
-
-    @property
-    def free(self) -> bool:
-        """Whether there is more than one line."""
-        return self.shifts or self.pinned is not None
-
-    def member(self, amount: float, handles: tuple[Point, Point]) -> Line:
-        """The line got by moving the crease, or its handle farther from the pin, by an amount (sheet units)."""
-        line = self.line
-        if self.shifts:
-            return Line(line.nx, line.ny, line.offset + amount)
-        if self.pinned is None or not amount:
-            return line
-        pin = self.pinned
-        far = max(handles, key=lambda h: dist(h, pin))
-        return _oriented(line_through(pin, (far[0] + amount * line.nx, far[1] + amount * line.ny)), line)
-
-
 class FoldSearch:
     """The search for one transition: a paper, the photo after it, what changed, and the scale of the photo before."""
 
@@ -114,7 +89,7 @@ class FoldSearch:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
         refined = _best_first([self._refined(f, self.coarse, 3) for f in self._rough()])
         polished = [self._refined(f, self.fine, 3) for f in _different(refined)[: self.effort.polished]]
-        snapped = [s for f in _different(_best_first(polished)) for s in self._snapped(f)]
+        snapped = [s for f in _different(_best_first(polished)) for s in self.snapped(f)]
         return _best_first(snapped)
 
     def _worth(self, scene: Scene, after: Labels, motion: Isometry) -> float:
@@ -122,9 +97,9 @@ class FoldSearch:
         if not self.effort.partial:
             return scene.agreement_of(after) - self._zoom_cost(motion)
         changed = (self._drawn_before(scene, motion) != after) & scene.known
-        right = np.count_nonzero(changed & (after == scene.labels))
-        wrong = np.count_nonzero(changed & (after != scene.labels))
-        return (right - SPOILT * wrong) / max(1, np.count_nonzero(scene.paper))
+        right = int(np.count_nonzero(changed & (after == scene.labels)))
+        wrong = int(np.count_nonzero(changed & (after != scene.labels)))
+        return (right - SPOILT * wrong) / max(1, int(np.count_nonzero(scene.paper)))
 
     def _looks(self, moving: MovingSet, motion: Isometry) -> float:
         """What a fold as it stands is worth on the fine view."""
@@ -164,12 +139,12 @@ class FoldSearch:
 
     def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:
         """Both ends of the crease and the sheet's drift, climbed together."""
-        handles = self._handles(found.moving)
-        pivot = _middle(*handles)
+        handles = handles_of(self.leaves, found.moving)
+        pivot = middle(*handles)
         seed = found.moving.seed
 
         def drawn(x: Vector) -> Labels:
-            moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
+            moving = self.leaves.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
             stack = self.leaves.folded(moving or found.moving)
             return scene.draw(stack, nudged(found.motion, pivot, x[2:]))
 
@@ -177,33 +152,15 @@ class FoldSearch:
             return self._worth(scene, drawn(x), nudged(found.motion, pivot, x[2:]))
 
         step = 2.0 / scene.grid.pixels_per_unit
-        if self.effort.partial:
-            x, best = climb(value, (0.0,) * 6, (step, step, 0.0, 0.0, 0.0, 0.0), halvings - 1)
-        else:
-            x, best = climb(value, (0.0,) * 6, (step, step, step / 2, step / 2, 1.5, 0.02), halvings - 1)
-            steps = (step / 2, step / 2, step / 2, step / 2, 50 * step, step)
-            x, best = polished(drawn, value, scene, x, best, steps)
-        moving = self.leaves.moving_from(_shifted(handles, found.moving.line, x[0], x[1]), seed)
+        steps = (step, step, 0.0, 0.0, 0.0, 0.0) if self.effort.partial else (step, step, step / 2, step / 2, 1.5, 0.02)
+        x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
+        if not self.effort.partial:
+            fine_steps = (step / 2, step / 2, step / 2, step / 2, 50 * step, step)
+            x, best = polished(drawn, value, scene, x, best, fine_steps)
+        moving = self.leaves.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
         return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
 
-    def _handles(self, moving: MovingSet) -> tuple[Point, Point]:
-        """The ends of the crease that a fold makes in its moving faces."""
-        line = moving.line
-        along: list[float] = []
-        for face in moving.faces:
-            outline = self.leaves.outlines[face]
-            for p, q in zip(outline, outline[1:] + outline[:1], strict=True):
-                a, b = line.distance(p), line.distance(q)
-                if a * b <= 0 and a != b:
-                    t = a / (a - b)
-                    x, y = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
-                    along.append(line.ny * x - line.nx * y)
-        low, high = (min(along), max(along)) if along else (-0.5, 0.5)
-        if high - low < 0.05:
-            low, high = low - 0.05, high + 0.05
-        return _on(line, low), _on(line, high)
-
-    def _snapped(self, found: FoldFound) -> list[FoldFound]:
+    def snapped(self, found: FoldFound) -> list[FoldFound]:
         """The line the photo cannot tell from ``found`` that is simplest, with each set of layers it can turn."""
         exact = [self._settled(found, Family(line)) for line in self._landmarks_near(found)]
         bound = [self._settled(found, family) for family in (*self._through_vertices(found), *self._parallels(found))]
@@ -220,7 +177,7 @@ class FoldSearch:
     def _leniency(self, found: FoldFound, snapped: FoldFound) -> float:
         """How much more a snapped line may lose if it is moved by less than a photo can be trusted for."""
         line = snapped.moving.line
-        moved = max(abs(line.distance(handle)) for handle in self._handles(found.moving))
+        moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
         return 2.0 if moved < SUB_PIXEL else 1.0
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
@@ -230,15 +187,15 @@ class FoldSearch:
                 got = self._looks(moving, found.motion)
                 yield FoldFound(moving, found.motion, got, found.exact)
 
-    def _settled(self, found: FoldFound, family: "Family") -> FoldFound:
+    def _settled(self, found: FoldFound, family: Family) -> FoldFound:
         """The best line of a family near the found one, with the drift climbed anew."""
         start = found.motion
         sets = list(self.leaves.moving_sets(family.line))
         if not sets:
             return FoldFound(found.moving, start, 0.0)
         moving = max(sets, key=lambda m: self._looks(m, start))
-        handles = self._handles(moving)
-        pivot = _middle(*handles)
+        handles = handles_of(self.leaves, moving)
+        pivot = middle(*handles)
 
         def folded(amount: float) -> MovingSet:
             line = family.member(amount, handles)
@@ -251,25 +208,25 @@ class FoldSearch:
             return self._worth(self.fine, drawn(x), nudged(start, pivot, x[1:]))
 
         step = 1.0 / self.fine.grid.pixels_per_unit
-        x, best = (0.0,) * 5, value((0.0,) * 5)
-        steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step)
+        x: Vector = (0.0,) * 5
         if self.effort.partial:
-            steps = (2 * steps[0], 0.0, 0.0, 0.0, 0.0)
+            x, best = climb(value, x, (step if family.free else 0.0, 0.0, 0.0, 0.0, 0.0), 1)
         else:
-            x, best = polished(drawn, value, self.fine, x, best, steps)
-        x, best = climb(value, x, [s / 2 for s in steps], 1)
+            steps = (step if family.free else 0.0, step, step, 100 * step, 2 * step)
+            x, _ = polished(drawn, value, self.fine, x, value(x), steps)
+            x, best = climb(value, x, [s / 2 for s in steps], 1)
         return FoldFound(folded(x[0]), nudged(start, pivot, x[1:]), best)
 
-    def _through_vertices(self, found: FoldFound) -> Iterator["Family"]:
+    def _through_vertices(self, found: FoldFound) -> Iterator[Family]:
         """Lines near the found one through one existing vertex, to be turned about it."""
         line = found.moving.line
         for p in self._near_points(found, 0.02):
             yield Family(Line(line.nx, line.ny, line.nx * p[0] + line.ny * p[1]), pinned=p)
 
-    def _parallels(self, found: FoldFound) -> Iterator["Family"]:
+    def _parallels(self, found: FoldFound) -> Iterator[Family]:
         """Lines near the found one that are parallel or square to an edge, to be shifted."""
         line = found.moving.line
-        x, y = _middle(*self._handles(found.moving))
+        x, y = middle(*handles_of(self.leaves, found.moving))
         for nx, ny in self.directions:
             along = nx * line.nx + ny * line.ny
             if abs(along) > _PARALLEL:
@@ -278,7 +235,7 @@ class FoldSearch:
 
     def _near_points(self, found: FoldFound, reach: float) -> list[Point]:
         """Vertices within reach of the crease, by distance."""
-        line, (a, b) = found.moving.line, self._handles(found.moving)
+        line, (a, b) = found.moving.line, handles_of(self.leaves, found.moving)
         low, high = sorted((line.ny * a[0] - line.nx * a[1], line.ny * b[0] - line.nx * b[1]))
         points = [(float(x), float(y)) for x, y in distinct_points(self.paper)]
         near = [
@@ -290,8 +247,8 @@ class FoldSearch:
 
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
         """Landmark and constructed lines that pass near both ends of the crease, the best-looking first, at most six."""
-        line, handles = found.moving.line, self._handles(found.moving)
-        built = constructions(self.paper, line, _middle(*handles))
+        line, handles = found.moving.line, handles_of(self.leaves, found.moving)
+        built = constructions(self.paper, line, middle(*handles))
         lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
         gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
         same_side = lines[:, :2] @ np.array([line.nx, line.ny]) > 0
@@ -333,28 +290,3 @@ def _alike(a: MovingSet, b: MovingSet) -> bool:
         and angle_between(a.line, b.line) < 5
         and abs(a.line.offset - b.line.offset) < 0.03
     )
-
-
-def _on(line: Line, along: float) -> Point:
-    """The point of a line at a coordinate along it."""
-    return line.nx * line.offset + line.ny * along, line.ny * line.offset - line.nx * along
-
-
-def _middle(p: Point, q: Point) -> Point:
-    return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
-
-
-def _shifted(handles: tuple[Point, Point], line: Line, first: float, second: float) -> Line:
-    """The line with its two handles moved along its normal."""
-    (ax, ay), (bx, by) = handles
-    new = line_through(
-        (ax + first * line.nx, ay + first * line.ny), (bx + second * line.nx, by + second * line.ny)
-    )
-    return _oriented(new, line)
-
-
-def _oriented(line: Line, like: Line) -> Line:
-    """A line with its normal on the side of another's."""
-    if line.nx * like.nx + line.ny * like.ny > 0:
-        return line
-    return Line(-line.nx, -line.ny, -line.offset)

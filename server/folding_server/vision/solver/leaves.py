@@ -75,6 +75,13 @@ class Leaves:
             return None
         return MovingSet(line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line), {})))
 
+    def overreach(self, moving: MovingSet) -> float:
+        """How far what ties a moving layer to one that stays reaches over the line: at most NEAR, 0 if nothing does."""
+        most = self._ties.reach(moving.line)[1] if self._pairs else np.empty(0)
+        order = self.paper.order
+        apart = [order[a] in moving.faces and order[b] not in moving.faces for a, b in self._pairs]
+        return max(0.0, float(np.max(most[apart], initial=0.0)))
+
     def folded(self, moving: MovingSet) -> Stack:
         """What the stack looks like after a fold."""
         line = moving.line

@@ -1,8 +1,8 @@
 """From a predicted fold to the actions that make it: which vertices to name, which to add."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import chain, combinations
 from math import dist
 
 from folding_schemas.actions import Action, AddVertex, Direction, Fold
@@ -11,8 +11,9 @@ from folding_server.errors import ActionRefused
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Edge, Paper
 from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between
-from folding_server.vision.solver.leaves import NEAR, MovingSet
+from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
 
+Actions = tuple[Action, ...]
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
 NICE_REACH = 0.0015
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
@@ -21,14 +22,14 @@ AT_VERTEX = 0.004
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
 
-def realise(paper: Paper, moving: MovingSet, *, exact: bool) -> list[tuple[tuple[Action, ...], Paper]]:
+def realise(paper: Paper, moving: MovingSet, *, exact: bool) -> list[tuple[Actions, Paper]]:
     """Actions that fold the layers of ``moving`` along its line, each with the paper they make.
 
     One way if it turns just those layers; otherwise every way found that turns others, for the photo to decide.
     ``exact`` keeps the line to six digits, as one that was constructed deserves.
     """
-    others: list[tuple[tuple[Action, ...], Paper]] = []
-    for actions in _ways(paper, moving, exact=exact):
+    others: list[tuple[Actions, Paper]] = []
+    for actions in chain(_ways(paper, moving, exact=exact), _ways_clear(paper, moving)):
         try:
             folded = _applied(paper, actions)
         except ActionRefused:
@@ -39,6 +40,18 @@ def realise(paper: Paper, moving: MovingSet, *, exact: bool) -> list[tuple[tuple
     return others[:MOST_WAYS]
 
 
+def _ways_clear(paper: Paper, moving: MovingSet) -> Iterator[Actions]:
+    """Folds along the line shifted until nothing that stays is tied to what moves.
+
+    A line found from a photo may run a hair's breadth beside where a layer above begins, which would be taken along.
+    """
+    line = moving.line
+    over = Leaves(paper).overreach(moving)
+    if over > 0:
+        clear = Line(line.nx, line.ny, line.offset + over + TOLERANCE / 4)
+        yield from _ways(paper, replace(moving, line=clear), exact=True)
+
+
 def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:
     """Whether the layers that turned are those meant, but for slivers beside the line."""
     return all(
@@ -47,7 +60,7 @@ def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:
     )
 
 
-def _applied(paper: Paper, actions: tuple[Action, ...]) -> Paper:
+def _applied(paper: Paper, actions: Actions) -> Paper:
     for action in actions:
         paper = apply(paper, action)
     return paper
@@ -62,7 +75,7 @@ class Meeting:
     along: float
 
 
-def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[tuple[Action, ...]]:
+def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[Actions]:
     """Folds through two points of the line, those with the fewest new vertices first, then the farthest apart."""
     met = [m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)]
     pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
@@ -79,7 +92,7 @@ def _once(met: list[Meeting]) -> list[Meeting]:
     return list(named.values())
 
 
-def _fold_through(paper: Paper, first: Meeting, second: Meeting, line: Line) -> tuple[Action, ...]:
+def _fold_through(paper: Paper, first: Meeting, second: Meeting, line: Line) -> Actions:
     """The actions that add what vertices are missing and fold."""
     added = [m.added for m in (first, second) if m.added is not None]
     fresh = iter(range(max(paper.places) + 1, max(paper.places) + 3))

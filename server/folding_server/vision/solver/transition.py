@@ -4,19 +4,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import dist
 
-from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
 from folding_server.vision.solver.alignment import Freedom, align, scale_of, turned_between
-from folding_server.vision.solver.drift import HANDHELD, drifts
+from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
+from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.inner_edges import inner_lines
+from folding_server.vision.solver.joint import FoldMade, TwoFolds
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.lines import as_line, both_ways, evidence, landmark_lines
 from folding_server.vision.solver.plan import Plan, best_first, zoom_cost
-from folding_server.vision.solver.realise import realise
+from folding_server.vision.solver.realise import Actions, realise
 from folding_server.vision.solver.scene import Scene, Views, stack_of
 from folding_server.vision.solver.whole_moves import (
     best_turns,
@@ -42,6 +43,8 @@ VISIBLE = 0.003
 """How much better than nothing a fold or unfold must look to count as seen."""
 MOST_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
+MOST_FIRST = 3
+"""First folds of two tried."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
 
@@ -71,7 +74,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
     if max(p.agreement for p in plans) < COMPOUND_BELOW:
-        plans += _compound_plans(paper, motions, views, plans, effort)
+        plans += _compound_plans(paper, _drifts(paper, last, views, (SLIGHT, Range())), views, plans, effort)
     return best_first([_unseen(plan, nothing) for plan in plans])
 
 
@@ -94,28 +97,39 @@ def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], view
 def _compound_plans(
     paper: Paper, motions: Sequence[Isometry], views: Views, plans: Sequence[Plan], effort: Effort
 ) -> Iterator[Plan]:
-    """A fold after each of the best incomplete plans, and after the folds that explain a part of the change."""
-    starts = list(_partial_plans(paper, motions, views, effort))[:3]
-    starts += [p for p in best_first(plans) if p.actions][:1]
-    seen: set[tuple[Action, ...]] = set()
-    for start in starts:
-        if start.actions in seen:
-            continue
-        seen.add(start.actions)
+    """Two folds at once, and a fold after the best incomplete plan."""
+    best = 0.0
+    for first in _partial_folds(paper, motions, views, effort)[:MOST_FIRST]:
+        start = Plan(first.actions, "fold", first.paper, first.found.motion, 0.0, "")
         yield _settled(start, views, motions[0])
-        near = [start.motion, *drifts(stack_of(start.paper), views.coarse, start.motion)]
-        yield from fold_plans(start.paper, near, views, _lighter(effort, start.paper), before=start.actions)
+        for plan in _after(start, views, effort, first if not first.found.exact else None, paper):
+            best = max(best, plan.agreement)
+            yield plan
+        if best > EXPLAINED:
+            return
+    for start in [p for p in best_first(plans) if p.actions][:1]:
+        yield from _after(start, views, effort)
 
 
-def _partial_plans(
-    paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort
+def _after(
+    start: Plan, views: Views, effort: Effort, inexact: FoldMade | None = None, paper: Paper | None = None
 ) -> Iterator[Plan]:
+    """Folds after a plan. A first fold that is ``inexact``, of ``paper``, is refined together with the second."""
+    motions = _drifts(start.paper, start.motion, views)
+    lighter = _lighter(effort, start.paper)
+    found = _search(start.paper, motions, views, lighter).run()
+    if inexact and paper and found and (pair := TwoFolds(paper, views, inexact, found[0]).refined()):
+        first, second = pair
+        again = _search(first.paper, motions, views, lighter)
+        yield from _as_plans(again.snapped(second), first.paper, views, motions[0], first.actions)
+    yield from _as_plans(found, start.paper, views, motions[0], start.actions)
+
+
+def _partial_folds(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> list[FoldMade]:
     """Folds that explain a part of the change, under the drift of what nothing was done to."""
-    drawn = stack_of(paper)
-    changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
     partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
-    for found in FoldSearch(paper, views, changed, partial, scale_of(motions[0])).run():
-        yield from _realised(paper, found, ())
+    found = _search(paper, motions, views, partial).run()
+    return [FoldMade(f, *made) for f in found for made in realise(paper, f.moving, exact=f.exact)]
 
 
 def _lighter(effort: Effort, paper: Paper) -> Effort:
@@ -125,11 +139,14 @@ def _lighter(effort: Effort, paper: Paper) -> Effort:
     return replace(effort, most_lines=lines, refined=refined, polished=2)
 
 
-def _drifts(paper: Paper, last: Isometry, views: Views) -> list[Isometry]:
-    """Motions under which what has not moved may be found: the last, and those with the most edges in common."""
+def _drifts(
+    paper: Paper, last: Isometry, views: Views, ranges: Sequence[Range] = (Range(),)
+) -> list[Isometry]:
+    """Motions under which what has not moved may be found: near the last, and with the most edges in common."""
     stack = stack_of(paper)
-    kept = [last]
-    for motion in drifts(stack, views.coarse, last):
+    found = [last, *(motion for reach in ranges for motion in drifts(stack, views.coarse, last, reach))]
+    kept: list[Isometry] = []
+    for motion in [*(held(stack, views.fine, m) for m in found), last]:
         if all(_apart(motion, other, stack.center) > SAME_DRIFT for other in kept):
             kept.append(motion)
     return kept
@@ -144,7 +161,8 @@ def _apart(first: Isometry, second: Isometry, center: Point) -> float:
 def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
     """The plan without actions."""
     stack = stack_of(paper)
-    settled = align(stack, views.coarse, motions[-1], Freedom(shift=0.02, turn=2.0, halvings=4))
+    start = max(motions, key=lambda m: views.coarse.agreement(stack, m))
+    settled = align(stack, views.coarse, start, Freedom(shift=0.02, turn=2.0, halvings=4))
     return Plan((), "none", paper, settled.motion, settled.agreement, "nothing changed")
 
 
@@ -160,16 +178,24 @@ def _settled(plan: Plan, views: Views, last: Isometry) -> Plan:
     )
 
 
-def fold_plans(
-    paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort, before: tuple[Action, ...] = ()
-) -> Iterator[Plan]:
-    """Single folds that explain the photo, as actions, after those of ``before``."""
+def fold_plans(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> Iterator[Plan]:
+    """Single folds that explain the photo, as actions."""
+    return _as_plans(_search(paper, motions, views, effort).run(), paper, views, motions[0])
+
+
+def _search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
     drawn = stack_of(paper)
     changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    search = FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
-    for found in search.run():
-        for plan in _realised(paper, found, before):
-            yield _settled(plan, views, motions[0])
+    return FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
+
+
+def _as_plans(
+    found: Sequence[FoldFound], paper: Paper, views: Views, last: Isometry, before: Actions = ()
+) -> Iterator[Plan]:
+    """Found folds as plans, measured on the fine view."""
+    for fold in found:
+        for plan in _realised(paper, fold, before):
+            yield _settled(plan, views, last)
 
 
 def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
@@ -193,7 +219,7 @@ def _quiet(paper: Paper, motions: Sequence[Isometry], views: Views) -> bool:
     return any(not evidence(views.coarse.draw(drawn, m), views.coarse, m).shows for m in motions)
 
 
-def _realised(paper: Paper, found: FoldFound, before: tuple[Action, ...]) -> list[Plan]:
+def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:
     """A found fold as plans of real actions."""
     words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
     kind: ActionClass = "compound" if before else "fold"
