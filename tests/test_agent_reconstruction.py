@@ -215,16 +215,12 @@ def test_no_key_is_ever_written(tmp_path: Path) -> None:
         f"My key is {PLANTED_KEY}", calls=[("save_checkpoint", {"frame": 1, "notes": f"key {PLANTED_KEY}"})]
     )
     with OpenAI(leak, act(CAT[0][0]), save(2)) as provider:
-        outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
+        outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, server_url=None)
         assert provider.headers[0]["authorization"] == f"Bearer {PLANTED_KEY}"
     assert outcome.status == "complete"
-    written = [
-        file
-        for file in (tmp_path / "run").rglob("*")
-        if file.is_file() and file.suffix in {".json", ".jsonl", ".log", ".fold"}
-    ]
-    assert len(written) >= 5
-    assert [file for file in written if PLANTED_KEY in file.read_text()] == []
+    written = [file for file in (tmp_path / "run").rglob("*") if file.is_file()]
+    assert {".json", ".jsonl", ".log", ".fold", ".sqlite3"} <= {file.suffix for file in written}
+    assert [file for file in written if PLANTED_KEY.encode() in file.read_bytes()] == []
 
 
 def test_an_anchor_is_asked_for_when_a_fold_is_judged(tmp_path: Path) -> None:

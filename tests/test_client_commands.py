@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -178,19 +179,22 @@ def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(
             model,
             "--out",
             str(run),
-            "--server-url",
-            server_url(),
         ],
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
     while not (run / "events.jsonl").exists() or "rotate" not in (run / "events.jsonl").read_text():
         assert process.poll() is None
         time.sleep(0.02)
-    process.send_signal(kind)
+    if kind == signal.SIGINT:
+        os.killpg(process.pid, kind)
+    else:
+        process.send_signal(kind)
     _, said = process.communicate(timeout=30)
     assert process.returncode == (-kind if kind == signal.SIGKILL else 130)
     assert "Traceback" not in said
+    assert ("Interrupted; the run folder is complete so far" in said) is (kind != signal.SIGKILL)
     recorded = events(run)
     assert [event["seq"] for event in recorded] == list(range(1, len(recorded) + 1))
     about = json.loads((run / "run.json").read_text())

@@ -69,7 +69,8 @@ def run(
     )  # fmt: skip
     job = _job(sequence, out, resume, given)
     with Shown(Console(stderr=True)) as progress:
-        outcome = _finish(reconstruct(job, progress))
+        again = f"the run folder is complete so far, go on with --resume {job.folder.path}"
+        outcome = _finish(reconstruct(job, progress), again)
     _show(outcome, job.folder.path, as_json=as_json)
     if outcome.status != "complete":
         raise typer.Exit(EXIT_STOPPED)
@@ -91,7 +92,7 @@ def replay_command(
     as_json: options.AsJson = False,
 ) -> None:
     """Drive the server through a recorded run without a model, and say where its answers differ."""
-    found = _finish(replay(recorded, sequence))
+    found = _finish(replay(recorded, sequence), "the recorded run is as it was")
     if as_json:
         typer.echo(json.dumps(asdict(found), indent=1))
     else:
@@ -123,7 +124,8 @@ def batch_command(
         model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
         max_queries=max_queries, api_base=api_base, server_url=server_url,
     )  # fmt: skip
-    lines = _finish(run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken()))
+    work = run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken())
+    lines = _finish(work, "the same command goes on from here")
     if as_json:
         typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
     else:
@@ -157,8 +159,8 @@ def _settings(**given: object) -> Settings:
         raise UsageError(message) from error
 
 
-def _finish(work: Coroutine[Any, Any, Answer]) -> Answer:
-    """Run to the end; SIGTERM ends it as Ctrl-C does."""
+def _finish(work: Coroutine[Any, Any, Answer], afterwards: str) -> Answer:
+    """Run to the end. SIGTERM ends it as Ctrl-C does: with one line that says what can be done ``afterwards``."""
 
     async def guarded() -> Answer:
         task = asyncio.current_task()
@@ -166,7 +168,11 @@ def _finish(work: Coroutine[Any, Any, Answer]) -> Answer:
             asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
         return await work
 
-    return asyncio.run(guarded())
+    try:
+        return asyncio.run(guarded())
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        typer.echo(f"Interrupted; {afterwards}.", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
 def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
@@ -206,12 +212,9 @@ def _action(action: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: a user's mistake is one line and exit code 2, Ctrl-C leaves a run that can be resumed."""
+    """Entry point: a user's mistake is one line and exit code 2."""
     try:
         app(args=arguments)
-    except (KeyboardInterrupt, asyncio.CancelledError):
-        typer.echo("Interrupted; the run folder is complete so far, go on with --resume.", err=True)
-        sys.exit(EXIT_INTERRUPTED)
     except Interrupt as error:
         typer.echo(redact(str(error)), err=True)
         sys.exit(2 if isinstance(error, UsageError) else EXIT_STOPPED)

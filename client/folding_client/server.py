@@ -17,6 +17,7 @@ from folding_client.connection import Connection, ConnectionLost, ServerAddress
 from folding_client.interrupts import ServerGone, ToolRefused
 from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, ToolSpec
 from folding_client.record.recorder import Recorder
+from folding_client.record.redaction import without_keys
 from folding_client.recovery import Standing, carried_out
 from folding_client.subjects import subject_of
 
@@ -119,7 +120,7 @@ class FoldingServer:
         self, name: str, arguments: Mapping[str, Any], by: str = "client", call: ToolCall | None = None
     ) -> ToolResult:
         """Call a tool on behalf of the agent or the client. ServerGone if the server died twice in a row."""
-        full = dict(arguments) if self.run_id is None else {**arguments, "run_id": self.run_id}
+        full = without_keys(arguments if self.run_id is None else {**arguments, "run_id": self.run_id})
         while True:
             self._recorder.call(by, call, name, full)
             started = time.monotonic()

@@ -1,9 +1,10 @@
-"""Keys never reach a record, a message or a terminal: they are cut out of every text on its way there."""
+"""Keys never reach a record, a message, a server or a terminal: they are cut out of every text on its way there."""
 
 import json
 import os
 import re
 from collections.abc import Mapping
+from typing import Any
 
 MARK = "[redacted]"
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
@@ -19,6 +20,12 @@ def secrets(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
         if _SECRET_NAME.search(name) and len(value) >= _SHORTEST and not os.path.lexists(value)
     }
     return tuple(sorted(found, key=len, reverse=True))
+
+
+def without_keys(data: Mapping[str, Any]) -> dict[str, Any]:
+    """A JSON object without any known secret in it."""
+    clean: dict[str, Any] = json.loads(redact(json.dumps(dict(data))))
+    return clean
 
 
 def redact(text: str, environment: Mapping[str, str] = os.environ) -> str:
