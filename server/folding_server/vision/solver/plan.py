@@ -18,10 +18,10 @@ NOTHING_HAPPENED = 0.006
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
 
 
-ZOOM_COST, FREE_ZOOM = 0.1, 0.01
-"""A change of scale between two photos costs this much per unit of its logarithm, beyond the free part."""
-STILL = 8.0
-"""How much dearer a change of scale is under a camera that stands still."""
+ZOOM_COST = {"held": (0.1, 0.01), "still": (0.8, 0.007)}
+"""What a change of scale between two photos costs per unit of its logarithm, and what is free, under a camera in the
+hand and under one that stands still.
+"""
 TURN_COST, FREE_TURN = 0.0005, 6.0
 """A turn of the sheet that no action accounts for costs this much a degree, beyond the free part."""
 UNSEEN_COST = 0.01
@@ -74,7 +74,8 @@ class Plan:
 
 def zoom_cost(ratio: float, handheld: bool) -> float:
     """What it costs that the sheet looks ``ratio`` times as large as in the photo before."""
-    return ZOOM_COST * max(0.0, abs(log(ratio)) * (1 if handheld else STILL) - FREE_ZOOM)
+    rate, free = ZOOM_COST["held" if handheld else "still"]
+    return rate * max(0.0, abs(log(ratio)) - free)
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

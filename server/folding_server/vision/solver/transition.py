@@ -33,6 +33,8 @@ STANDS_OUT = 0.01
 """How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
+OF_A_KIND = 4
+"""Turns, flips, unfolds and compound moves measured in full: those of one kind often look alike but for their lines."""
 EASY_FACES = 12
 """Papers with more faces are searched with fewer lines where several searches are needed."""
 LOCATED = 0.96
@@ -91,7 +93,9 @@ def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], view
         *unfold_plans(paper, views.coarse, motions),
     ]
     top = max((p.agreement for p in plans), default=0.0)
-    return [_settled(p, views, last) for p in best_first(plans)[:6] if p.agreement > top - PROMISING]
+    promising = [p for p in best_first(plans) if p.agreement > top - PROMISING]
+    kinds = {p.action_class: [q for q in promising if q.action_class == p.action_class] for p in promising}
+    return [_settled(p, views, last) for kind in kinds.values() for p in kind[:OF_A_KIND]]
 
 
 def _compound_plans(
