@@ -142,5 +142,7 @@ def test_a_photo_that_cannot_be_measured_leaves_the_frame_to_the_model(tmp_path:
 
 
 def test_a_hybrid_is_an_agent() -> None:
+    with pytest.raises(ValidationError, match="--critic cannot be a hybrid"):
+        Settings(critic=MODEL)
     with pytest.raises(ValidationError, match="works as an agent"):
         Settings(model=MODEL, variant="vlm-s")

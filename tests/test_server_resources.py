@@ -78,6 +78,24 @@ async def test_the_prompt_for_desktop_hosts_names_the_tools_it_tells_to_use(tmp_
     assert "list_sequences" in open_choice.content.text
 
 
+async def test_the_agent_s_critics_are_prompts_for_hosts_too(tmp_path: Path) -> None:
+    async with in_memory(tmp_path) as host:
+        offered = {each.name: each for each in (await host.client.list_prompts()).prompts}
+        judge = (await host.client.get_prompt("judge_step", {"frame": "5"})).messages[0].content
+        next_one = (await host.client.get_prompt("judge_step")).messages[0].content
+        look_back = (await host.client.get_prompt("find_mistake")).messages[0].content
+    assert offered.keys() == {"reconstruct", "judge_step", "find_mistake"}
+    assert all(each.title and each.description for each in offered.values())
+    assert isinstance(judge, TextContent)
+    assert isinstance(next_one, TextContent)
+    assert isinstance(look_back, TextContent)
+    assert "Call `critic_grid` for frame 5." in judge.text
+    assert "EXTREME DIVERGENCE" in judge.text
+    assert "the frame that comes next" in next_one.text
+    assert "`generate_checkpoint_overview`" in look_back.text
+    assert "last_correct_frame" in look_back.text
+
+
 async def test_names_of_sequences_are_completed(tmp_path: Path) -> None:
     reference = PromptReference(name="reconstruct")
     async with in_memory(tmp_path, PHOTOS) as host:

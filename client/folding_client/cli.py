@@ -113,6 +113,11 @@ def batch_command(
     variant: options.VariantName = None,
     few_shot: options.FewShot = None,
     max_queries: options.MaxQueries = None,
+    thinking_budget: options.ThinkingBudget = None,
+    tools: options.Tools = None,
+    keep_images: options.KeepImages = None,
+    keep_results: options.KeepResults = None,
+    full_descriptions: options.FullDescriptions = None,
     api_base: options.ApiBase = None,
     server_url: options.ServerUrl = None,
     jobs: Annotated[int, typer.Option(min=1, help="Sequences at a time.")] = 1,
@@ -122,7 +127,8 @@ def batch_command(
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
     settings = _settings(
         model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
-        max_queries=max_queries, api_base=api_base, server_url=server_url,
+        max_queries=max_queries, thinking_budget=thinking_budget, tools=tools, keep_images=keep_images,
+        keep_results=keep_results, full_descriptions=full_descriptions, api_base=api_base, server_url=server_url,
     )  # fmt: skip
     work = run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken())
     lines = _finish(work, "the same command goes on from here")

@@ -46,6 +46,9 @@ class Settings(BaseModel):
 
     @model_validator(mode="after")
     def _is_no_hybrid_without_tools(self) -> "Settings":
+        if role := next((role for role in ROLES[1:] if (getattr(self, role) or "").startswith(HYBRID)), None):
+            message = f"--{role} cannot be a hybrid; give it geometric, or the model alone"
+            raise ValueError(message)
         if self.hybrid and self.variant != "agent":
             message = (
                 f"{self.model} works as an agent; leave out --variant {self.variant}, or the word hybrid"

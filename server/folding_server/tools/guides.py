@@ -23,6 +23,12 @@ Reference = PromptReference | ResourceTemplateReference
 SequenceName = Annotated[
     str, Field(description="the name of a photo sequence; left empty, the user is asked which")
 ]
+FrameNumber = Annotated[
+    str, Field(description="the number of a keyframe, from 2; left empty, the frame that comes next")
+]
+
+_FRONT, _BACK = "in the colour that open_run calls front_color", "in that of back_color"
+"""What the critic's prompt says of colours before a run is known."""
 
 _NAMES_OF_SEQUENCES = ("sequence", "name")
 """What arguments that take a sequence's name are called, in prompts and in resource templates."""
@@ -40,6 +46,18 @@ def register(server: "MCPServer[Desk]", desk: Desk) -> None:
         return prompt(
             "server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)"
         )
+
+    @server.prompt(title="Judge a step")
+    def judge_step(frame: FrameNumber = "") -> str:
+        """Judge whether the current state is what a frame's photo shows, as the agent's critic does."""
+        critic = prompt("critic/system", front=_FRONT, back=_BACK)
+        asked = f"frame {frame}" if frame else "the frame that comes next"
+        return prompt("server/judge_step", critic=critic, frame=asked)
+
+    @server.prompt(title="Find the first mistake")
+    def find_mistake() -> str:
+        """Find the first saved frame that departs from its photo, as the agent's overview critic does."""
+        return prompt("server/find_mistake", overview=prompt("overview/system"))
 
     @server.completion()  # type: ignore[untyped-decorator,no-untyped-call]
     async def complete(
