@@ -33,7 +33,9 @@ class ConvexPolygons:
 
     def overlaps(self, first: Indices, second: Indices, tolerance: float) -> Flags:
         """For each pair, whether no side of either separates the two to within the tolerance."""
-        return ~(self._separates(first, second, tolerance) | self._separates(second, first, tolerance))
+        meet = ~self._separates(first, second, tolerance)
+        meet[meet] = ~self._separates(second[meet], first[meet], tolerance)
+        return meet
 
     def _separates(self, by: Indices, other: Indices, tolerance: float) -> Flags:
         apart: Flags = (self._heights(by, other).min(axis=2) >= -tolerance).any(axis=1)

@@ -1,7 +1,7 @@
 """A folded sheet as an SVG diagram: coloured faces, outlines and folds, crease marks, vertex labels."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, palet
 from folding_server.diagram.labels import PlacedLabel, place_labels
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import View, steady_view
-from folding_server.diagram.visibility import Span, VisibleFace, visible_faces, visible_spans
+from folding_server.diagram.visibility import WHOLE, Span, VisibleFace, visible_faces, visible_spans
 from folding_server.simulator.paper import Edge, Paper
 from folding_server.simulator.plane_geometry import Point, between
 
@@ -24,8 +24,7 @@ FINEST = 0.55
 """Lines of small pictures get no finer than this part of their width at the reference size."""
 
 
-@dataclass(frozen=True)
-class Stroke:
+class Stroke(NamedTuple):
     """A visible stretch of an edge in pixels, on paper that shows its back or its front there."""
 
     start: Point
@@ -92,7 +91,9 @@ def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], vi
         top = _topmost(paper, beside, shown)
         motion = paper.isometries[top]
         p, q = view.pixels([motion(paper.places[v]) for v in edge])
-        strokes += [Stroke(between(p, q, start), between(p, q, end), mark, mirrored[top]) for start, end in visible]
+        for start, end in visible:
+            ends = (p, q) if (start, end) == WHOLE else (between(p, q, start), between(p, q, end))
+            strokes.append(Stroke(*ends, mark, mirrored[top]))
     return _without_hidden_marks(strokes)
 
 

@@ -27,6 +27,7 @@ BLOCK = 256
 
 Ring = list[Point]
 Span = tuple[float, float]
+WHOLE: Span = (0.0, 1.0)
 Geometries = NDArray[Any]
 Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]
@@ -74,7 +75,7 @@ def visible_spans(paper: Paper, faces: Iterable[VisibleFace]) -> Mapping[Edge, l
         cycle = paper.faces[seen.face]
         sides = [edge_of(u, v) for u, v in zip((cycle[-1], *cycle), cycle, strict=False)]
         if seen.whole:
-            wholly.update((side, [(0.0, 1.0)]) for side in sides)
+            wholly.update((side, [WHOLE]) for side in sides)
             continue
         for side in sides:
             p, q = (paper.isometries[seen.face](paper.places[v]) for v in side)
