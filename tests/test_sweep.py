@@ -22,6 +22,8 @@ def test_a_few_random_programs_stay_valid_and_repeat_exactly():
     first, second = (sweep("--programs", "15", "--folds", "5", "--seed", "0") for _ in range(2))
     assert first["failures"] == {}
     assert first["programs"] == 15
+    assert sum(first["refused"].values()) == round(first["refused_share"] * first["actions"])
+    assert not any("would put the layers" in refusal for refusal in first["refused"])
     assert {k: v for k, v in first.items() if k != "seconds"} == {k: v for k, v in second.items() if k != "seconds"}
 
 
