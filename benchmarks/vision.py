@@ -1,28 +1,35 @@
-"""How well photos with truth are seen: corner error, label accuracy, hidden share, seconds. Prints JSON.
+"""How well photos with truth are seen: corners, labels, thin parts, hands, outlines, seconds. Prints JSON.
 
-python benchmarks/vision.py FOLDER...    sequence folders, or folders of them, each with a truth.json
+    python benchmarks/vision.py FOLDER...    sequence folders, or folders of them, each with a truth.json
+    python benchmarks/vision.py --levels 1 3 --seeds 1 2 [--programs NAME ...] [--size 800]
+
+Seeds below 100 are for development, figures that are reported anywhere use seeds from 100 on.
 """
 
 import argparse
 import json
 import sys
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
+from tempfile import TemporaryDirectory
 from typing import Any
 
-import cv2
 import numpy as np
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
-from folding_server.vision.labels import UNKNOWN, Labels, is_paper
+from folding_server.interchange.programs import load_program
+from folding_server.photographer import photograph
 from folding_server.vision.pose import Pose
-from folding_server.vision.raster import draw_labels
-from folding_server.vision.seeing import SeenFrame, see_sequence
+from folding_server.vision.seeing import see_sequence
+from label_scores import Truth, scores
+from reconstruction.studio import seed_of
 
-PIXELS_PER_UNIT = 128.0
+PIXELS_PER_UNIT = 160.0
+HERE = Path(__file__).resolve().parent
+FOLDERS = (HERE / "reconstruction" / "programs", HERE.parent / "examples" / "programs")
 
 
 @dataclass(frozen=True)
@@ -41,79 +48,91 @@ class Undeclared:
 
 
 def main() -> None:
-    """Measure the folders given on the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folders", nargs="+", type=Path)
-    parser.add_argument("--undeclared", action="store_true", help="do not tell the declared colours")
-    options = parser.parse_args()
-    results = [measure(folder, options.undeclared) for folder in sequences(options.folders)]
+    """Measure what the command line asks for."""
+    options = _options()
+    results = []
+    for folder in options.folders:
+        for place in sequences(folder):
+            results.append(measure(place, options.undeclared, place.name))
+            sys.stderr.write(f"{len(results)} sequences\n")
+    for name, level, seed in _asked(options):
+        results.append(photographed(name, level, seed, options))
+        sys.stderr.write(f"{name}, level {level}, seed {seed}: {_in_short(results[-1])}\n")
     json.dump({"sequences": results, "overall": overall(results)}, sys.stdout, indent=1)
     sys.stdout.write("\n")
 
 
-def sequences(folders: list[Path]) -> Iterator[Path]:
-    """The folders with a truth.json in or below those given."""
-    for folder in folders:
-        yield from sorted(path.parent for path in folder.rglob("truth.json"))
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folders", nargs="*", type=Path)
+    parser.add_argument("--levels", nargs="+", type=int, choices=(1, 2, 3), default=[])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1], help="development: 1 to 99")
+    parser.add_argument("--programs", nargs="+", metavar="NAME", choices=sorted(programs()), help="only these")
+    parser.add_argument("--size", type=int, default=800, help="side of the photographs in pixels")
+    parser.add_argument("--undeclared", action="store_true", help="do not tell the declared colours")
+    return parser.parse_args()
 
 
-def measure(folder: Path, undeclared: bool) -> dict[str, Any]:
+def programs() -> dict[str, Path]:
+    """The benchmark's programs and the examples', by name."""
+    return {path.stem: path for folder in FOLDERS for path in sorted(folder.glob("*.json"))}
+
+
+def _asked(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
+    for level in options.levels:
+        for seed in options.seeds:
+            for name in options.programs or programs():
+                yield name, level, seed
+
+
+def _in_short(result: dict[str, Any]) -> str:
+    keys = ("refused", "accuracy_mean", "thin_recall", "false_share", "hand_paper", "hand_table")
+    return ", ".join(f"{key} {result[key]}" for key in keys if result.get(key) is not None)
+
+
+def sequences(folder: Path) -> Iterator[Path]:
+    """The folders with a truth.json in or below one."""
+    yield from sorted(path.parent for path in folder.rglob("truth.json"))
+
+
+def photographed(name: str, level: int, seed: int, options: argparse.Namespace) -> dict[str, Any]:
+    """Photograph a program and measure how it is seen."""
+    program = load_program(programs()[name].read_text(encoding="utf-8"))
+    size = (options.size, options.size)
+    with TemporaryDirectory() as place:
+        photograph(program, Path(place), seed_of(program.name, seed), level, size)
+        return measure(Path(place), options.undeclared, f"{name}-{level}-{seed}")
+
+
+def measure(folder: Path, undeclared: bool, name: str) -> dict[str, Any]:
     """One sequence: errors of its pose and, frame by frame, of its labels."""
     sequence: Any = load_sequence(folder)
     if undeclared:
         sequence = Undeclared(sequence, sequence.name, sequence.frame_count)
     truth = json.loads((folder / "truth.json").read_text())["frames"]
-    started = time.perf_counter()
+    started = time.process_time()
     try:
         eyes = see_sequence(sequence)
     except PhotoError as error:
-        return {"sequence": folder.name, "refused": str(error)}
-    learned = time.perf_counter()
-    frames = [score(eyes.frame(i + 1, PIXELS_PER_UNIT), frame, eyes.pose) for i, frame in enumerate(truth)]
-    seconds = time.perf_counter() - learned
+        return {"sequence": name, "refused": str(error)}
+    learned = time.process_time()
+    seen = [eyes.frame(i + 1, PIXELS_PER_UNIT) for i in range(len(truth))]
+    seconds = time.process_time() - learned
+    frames = [
+        scores(photo, Truth(folder, frame, eyes.pose, photo.grid))
+        for photo, frame in zip(seen, truth, strict=True)
+    ]
     return {
-        "sequence": folder.name,
+        "sequence": name,
         "corner_error_pixels": round(corner_error(eyes.pose, truth[0]), 3),
-        "accuracy_median": round(median(f["accuracy"] for f in frames), 4),
-        "accuracy_worst": round(min(f["accuracy"] for f in frames), 4),
-        "worst_frame": 1 + min(range(len(frames)), key=lambda i: frames[i]["accuracy"]),
-        "unknown_paper_worst": round(max(f["unknown"] for f in frames), 4),
+        **summary(frames),
         "two_coloured": eyes.two_coloured,
         "learn_seconds": round(learned - started, 3),
         "frame_seconds": round(seconds / len(frames), 3),
-        "accuracies": [round(f["accuracy"], 4) for f in frames],
+        "frames": [{key: _rounded(value) for key, value in frame.items()} for frame in frames],
     }
-
-
-def score(seen: SeenFrame, frame: dict[str, Any], pose: Pose) -> dict[str, float]:
-    """Share of known paper pixels whose label is true, and share of the true paper that is unknown."""
-    true = true_labels(frame, pose, seen)
-    known = seen.labels != UNKNOWN
-    union = (is_paper(true) | is_paper(seen.labels)) & known
-    if not seen.two_coloured:
-        true = cv2.min(true, 1)
-    hidden = int((is_paper(true) & ~known).sum()) / max(int(is_paper(true).sum()), 1)
-    return {"accuracy": float((true == seen.labels)[union].mean()), "unknown": hidden}
-
-
-def true_labels(frame: dict[str, Any], pose: Pose, seen: SeenFrame) -> Labels:
-    """What the labels should be, from where the vertices lie in the picture; half a pixel is allowed."""
-    pixels = frame.get("vertex_pixels") or frame["camera"]["vertex_pixels"]
-    places = dict(zip(pixels, pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True))
-    polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
-    backs = [bool(frame["orientations"][str(f)]) for f in frame["order"]]
-    fine = replace(
-        seen.grid,
-        pixels_per_unit=seen.grid.pixels_per_unit * 2,
-        rows=seen.grid.rows * 2,
-        cols=seen.grid.cols * 2,
-    )
-    drawn = draw_labels(polygons, backs, fine)
-    corners = np.stack([drawn[i::2, j::2] for i in (0, 1) for j in (0, 1)])
-    agrees = (corners == seen.labels).any(axis=0)
-    return np.where(agrees, seen.labels, draw_labels(polygons, backs, seen.grid))
 
 
 def corner_error(pose: Pose, frame: dict[str, Any]) -> float:
@@ -123,21 +142,41 @@ def corner_error(pose: Pose, frame: dict[str, Any]) -> float:
     return float(np.linalg.norm(np.array(pose.corners) - true, axis=1).max())
 
 
+def summary(frames: Sequence[dict[str, float | None]]) -> dict[str, Any]:
+    """Means over frames of what was scored, and the worst."""
+    means: dict[str, Any] = {}
+    for key in frames[0]:
+        values = [frame[key] for frame in frames]
+        known = [value for value in values if value is not None]
+        means[key if key == "thin_lost" else f"{key}_mean" if key == "accuracy" else key] = _rounded(
+            (float(sum(known)) if key == "thin_lost" else mean(known)) if known else None
+        )
+    accuracies = [frame["accuracy"] or 0.0 for frame in frames]
+    worst = min(range(len(frames)), key=lambda i: accuracies[i])
+    return means | {"accuracy_worst": _rounded(accuracies[worst]), "worst_frame": worst + 1}
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)
+
+
 def overall(results: list[dict[str, Any]]) -> dict[str, Any]:
     """Medians and worst cases over all sequences that could be used."""
     used = [r for r in results if "refused" not in r]
     if not used:
         return {"sequences": len(results), "refused": len(results)}
-    every = [a for r in used for a in r["accuracies"]]
+    frames = [frame for r in used for frame in r["frames"]]
+    every = [frame["accuracy"] for frame in frames]
     return {
         "sequences": len(results),
         "refused": len(results) - len(used),
         "corner_error_pixels_worst": max(r["corner_error_pixels"] for r in used),
         "accuracy_median": round(median(every), 4),
-        "accuracy_mean": round(mean(every), 4),
+        **summary(frames),
         "frames_below_0.985": sum(a < 0.985 for a in every),
         "frames_below_0.95": sum(a < 0.95 for a in every),
-        "frames": len(every),
+        "frame_count": len(every),
+        "learn_seconds_mean": round(mean(r["learn_seconds"] for r in used), 3),
         "frame_seconds_mean": round(mean(r["frame_seconds"] for r in used), 3),
     }
 

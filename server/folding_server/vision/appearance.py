@@ -38,11 +38,26 @@ class Look:
     def strangeness(self, lab: Image, grid: Grid) -> Image:
         """Distance in Lab of each pixel from the nearest lit or shaded colour of the class, (rows, cols)."""
         columns, rows = coordinates(grid)
-        distances = [_shaded_distance(lab, s.on(columns, rows)) for s in self.surfaces]
+        distances = [shaded_distance(lab, s.on(columns, rows)) for s in self.surfaces]
         return np.asarray(np.minimum.reduce(distances), np.float32)
 
 
-def _shaded_distance(lab: Image, expected: Image) -> Image:
+@dataclass(frozen=True)
+class Palette:
+    """How everything looks. ``back`` is None if the sides look alike or the back was never seen."""
+
+    table: Look
+    front: Look
+    back: Look | None
+
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """Table, front and, if there is one, back, in the order of their labels."""
+        return (self.table, self.front) if self.back is None else (self.table, self.front, self.back)
+
+
+def shaded_distance(lab: Image, expected: Image) -> Image:
+    """Distance in Lab of each pixel from its expected colour, or what a shadow leaves of it, (rows, cols)."""
     black = np.array([16, 0, 0], np.float32)
     ray, seen = expected + black, lab + black
     share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)

@@ -5,11 +5,13 @@ from statistics import median
 import cv2
 import numpy as np
 
+from folding_server.vision.appearance import Palette
 from folding_server.vision.colours import Image, to_lab
 from folding_server.vision.grid import grid_over
+from folding_server.vision.mixing import Bools
 from folding_server.vision.photos import Photos
 from folding_server.vision.pose import Pose
-from folding_server.vision.segmentation import Bools, Palette, class_costs
+from folding_server.vision.segmentation import class_costs
 
 STANDING = (1.0, 1.0)
 """Scales at which later photos may show the paper if the camera stood still."""

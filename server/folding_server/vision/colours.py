@@ -24,13 +24,22 @@ def to_linear(rgb: npt.NDArray[np.generic]) -> Image:
     return np.asarray(curve[places], np.float32)
 
 
+def linear_to_lab(linear: npt.NDArray[np.floating]) -> Image:
+    """Lab of linear light (..., 3), same shape."""
+    c = np.clip(linear, 0.0, 1.0)
+    coded = np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055).astype(np.float32)
+    return np.asarray(cv2.cvtColor(coded.reshape(-1, 1, 3), cv2.COLOR_RGB2LAB), np.float32).reshape(coded.shape)
+
+
+def lab_to_linear(lab: Image) -> Image:
+    """Linear light 0 to 1 of Lab colours (rows, cols, 3)."""
+    coded = np.asarray(cv2.cvtColor(lab, cv2.COLOR_LAB2RGB), np.float32)
+    return to_linear(np.clip(coded, 0, 1) * 255.0)
+
+
 def lab_of_linear(linear: Vector) -> Vector:
     """Lab of one linear colour, (3,) to (3,)."""
-    c = np.clip(linear, 0.0, 1.0)
-    coded = np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055)
-    return np.asarray(
-        cv2.cvtColor(coded.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0], np.float64
-    )
+    return np.asarray(linear_to_lab(linear), np.float64)
 
 
 def lab_of(colour: tuple[int, int, int]) -> Vector:

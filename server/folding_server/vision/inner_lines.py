@@ -12,8 +12,8 @@ from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import Grid
+from folding_server.vision.mixing import Bools
 from folding_server.vision.photos import Picture
-from folding_server.vision.segmentation import Bools
 
 RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.frames.colors import color_rgb
-from folding_server.vision.appearance import Look, coordinates
+from folding_server.vision.appearance import Look, Palette, coordinates
 from folding_server.vision.colours import (
     Image,
     Vector,
@@ -22,7 +22,7 @@ from folding_server.vision.colours import (
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.photos import Photos
 from folding_server.vision.pose import Pose
-from folding_server.vision.segmentation import Palette, class_costs
+from folding_server.vision.segmentation import class_costs
 from folding_server.vision.surfaces import Surface, fit_surface
 
 Bools = npt.NDArray[np.bool_]

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.vision.appearance import Palette
 from folding_server.vision.camera import scales_of
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import REACH, Grid, grid_over
@@ -15,8 +16,9 @@ from folding_server.vision.labels import UNKNOWN, Labels
 from folding_server.vision.learning import learn
 from folding_server.vision.photos import Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
-from folding_server.vision.segmentation import Palette, Segmented, segment
+from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
+from folding_server.vision.table_memory import TableMemory, remember
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -70,6 +72,7 @@ class Eyes:
     pose: Pose
     palette: Palette
     scales: tuple[float, float]
+    memory: TableMemory | None = field(default=None, repr=False, compare=False)
     _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
 
@@ -93,9 +96,9 @@ class Eyes:
         return self._working[number]
 
     def _segment(self, number: int) -> _Working:
-        grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST)), REACH)
+        grid = _working_grid(self.pose)
         rgb, seen = self.pose.rectify(self.photos.photo(number), grid)
-        found = segment(rgb, seen, grid, self.palette)
+        found = segment(rgb, seen, grid, self.palette, self.memory)
         return _Working(rgb, found.shares, found.unknown, self._lines(number, found))
 
     def _lines(self, number: int, found: Segmented) -> Image:
@@ -126,7 +129,15 @@ def see_sequence(photos: Photos) -> Eyes:
     corners = find_square(photos.photo(1), f"Frame 1 of {photos.name}")
     pose = pose_of(corners)
     palette = learn(photos, pose)
-    return Eyes(photos, pose, palette, scales_of(photos, pose, palette))
+    grid = _working_grid(pose)
+    rgb, seen = pose.rectify(photos.photo(1), grid)
+    memory = remember(smoothed_lab(rgb), seen, grid, palette.table)
+    return Eyes(photos, pose, palette, scales_of(photos, pose, palette), memory)
+
+
+def _working_grid(pose: Pose) -> Grid:
+    """The grid on which photos are segmented."""
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST)), REACH)
 
 
 def _drop_oldest(kept: dict[Key, Value], limit: int) -> None:

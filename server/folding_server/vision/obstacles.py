@@ -1,0 +1,176 @@
+"""What is in the way: hands, sleeves and tools, told by colour, by what the table looked like, and by their reach."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from folding_server.vision.appearance import LAB_FLOOR, Palette, pixel_cost
+from folding_server.vision.colours import Image, cluster, skin
+from folding_server.vision.grid import Floats, Grid
+from folding_server.vision.mixing import Bools
+from folding_server.vision.photos import Picture
+from folding_server.vision.table_memory import Recalled
+
+UNEXPLAINED = 16.0
+"""Cost, in nats, beyond which a pixel is neither table nor paper."""
+SKIN_UNEXPLAINED = 6.0
+"""The same where the colour is one that skin can have."""
+DOUBTFUL = 5.0
+"""The same, shadows on paper not allowed for, in whatever reaches in from the edge of the photo."""
+STRANGE = 16.0
+"""Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
+SKIN_STRANGE = 11.0
+"""The same where the colour is one that skin can have."""
+CHANGED, CHANGED_STRANGE = 7.0, 4.5
+"""Cost, and distance in Lab, from which a pixel is not the table that it was in the first photo."""
+ARM_CHANGED = 12.0
+"""Cost, shadows not allowed for, from which what reaches in from the edge is an arm or its deep shadow."""
+SHADES = 4
+"""Colours that an obstacle may have."""
+FEWEST = 60
+"""Pixels of an obstacle from which its colours are known."""
+LEAD = 1.0
+"""Nats by which a pixel must rather be the obstacle than table or paper to belong to it."""
+THINNEST_FINGER = 0.02
+"""Width, in sheet units, below which what has the obstacle's colours is none of it."""
+THINNEST_UNKNOWN = 0.03
+"""Width, in sheet units, below which what fits no class is a blurred edge or a crease, not an object."""
+SMALLEST_UNKNOWN = 0.004
+"""Area, in sheet units squared, of the smallest object that may be in the way."""
+THINNEST_SLEEVE = 0.05
+"""Width, in sheet units, below which paper colour that reaches in from the edge of the photo is no arm."""
+SMALLEST_SHEET = 0.05
+"""Area, in sheet units squared, of the least paper that is certainly the sheet."""
+
+
+@dataclass(frozen=True)
+class View:
+    """One photo as obstacles are looked for in it.
+
+    ``lab`` and ``rgb`` (rows, cols, 3), ``costs`` (rows, cols, classes), ``seen`` (rows, cols), and what the
+    remembered table should look like, if that is of use.
+    """
+
+    lab: Image
+    rgb: Picture
+    costs: Image
+    seen: Bools
+    grid: Grid
+    palette: Palette
+    recalled: Recalled | None
+
+    @cached_property
+    def strange(self) -> Image:
+        """Distance in Lab of each pixel from the nearest class, lit or shaded, (rows, cols)."""
+        distances = [look.strangeness(self.lab, self.grid) for look in self.palette.looks]
+        if self.recalled is not None:
+            distances[0] = np.where(self.recalled.known, self.recalled.strangeness(self.lab), distances[0])
+        return np.asarray(np.minimum.reduce(distances), np.float32)
+
+
+def obstacles(view: View) -> Bools:
+    """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
+    odd = _odd(view)
+    kernel = _disc(THINNEST_UNKNOWN, view.grid)
+    solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+    solid |= _alike(view, _large(solid, view.grid))
+    closed = cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    large = _large(np.asarray(closed), view.grid)
+    return np.asarray(cv2.dilate(large.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
+
+
+def _odd(view: View) -> Bools:
+    """Pixels that no class explains."""
+    least = cv2.blur(view.costs.min(axis=-1).clip(0, 60), (3, 3))
+    odd = (least > UNEXPLAINED) & (view.strange > STRANGE)
+    odd |= (least > SKIN_UNEXPLAINED) & (view.strange > SKIN_STRANGE) & skin(view.rgb)
+    if view.recalled is not None:
+        odd |= view.recalled.known & (least > CHANGED) & (cv2.blur(view.strange, (5, 5)) > CHANGED_STRANGE)
+        odd |= _arms(view, view.recalled)
+    like_paper = view.costs.argmin(axis=-1) > 0
+    plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
+    doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)
+    arms = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_UNKNOWN, view.grid))
+    return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
+
+
+def _arms(view: View, recalled: Recalled) -> Bools:
+    """What is much darker or lighter than the table was, not paper, and reaches in broadly from the edge."""
+    lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
+    changed = (lit > ARM_CHANGED) & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
+    broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_SLEEVE, view.grid)) > 0
+    return touching_edge(np.asarray(broad), view.seen)
+
+
+def _alike(view: View, core: Bools) -> Bools:
+    """What is joined to the obstacles found so far and has their colours rather than those of table or paper."""
+    inner = cv2.erode(core.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    colours = view.lab[inner]
+    if len(colours) < FEWEST:
+        return np.zeros(core.shape, bool)
+    numbers, _ = cluster(colours[:: max(1, len(colours) // 4000)], SHADES)
+    sampled = colours[:: max(1, len(colours) // 4000)].astype(np.float64)
+    own = np.minimum.reduce(
+        [_likeness(view.lab, sampled[numbers == k]) for k in range(SHADES) if (numbers == k).sum() > 20]
+    )
+    classes = [_normaliser(look.surfaces[0].covariance) for look in view.palette.looks]
+    others = (view.costs + np.array(classes, np.float32)).min(axis=-1)
+    lead = cv2.blur((others - own).clip(-10, 10), (5, 5))
+    alike = cv2.morphologyEx((lead > LEAD).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_FINGER, view.grid))
+    _, numbered = cv2.connectedComponents(alike | core.astype(np.uint8))
+    return np.asarray((alike > 0) & np.isin(numbered, np.unique(numbered[core])))
+
+
+def _likeness(lab: Image, colours: npt.NDArray[np.float64]) -> Image:
+    """The cost, in nats, of every pixel as one of these colours (N, 3)."""
+    covariance = np.cov(colours.T)
+    mean = np.broadcast_to(colours.mean(axis=0).astype(np.float32), lab.shape)
+    return pixel_cost(lab, mean, covariance, shadows=False) + np.float32(_normaliser(covariance))
+
+
+def _normaliser(covariance: Floats) -> float:
+    """By how many nats a wide spread of colours makes each of them less likely."""
+    return 0.5 * float(np.linalg.slogdet(covariance + np.diag(LAB_FLOOR))[1])
+
+
+def _large(mask: Bools, grid: Grid) -> Bools:
+    """The connected regions of a mask that are large enough to be in the way."""
+    _, numbered, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    large = stats[:, cv2.CC_STAT_AREA] >= SMALLEST_UNKNOWN * grid.pixels_per_unit**2
+    large[0] = False
+    return np.asarray(large[numbered])
+
+
+def _disc(width: float, grid: Grid) -> cv2.typing.MatLike:
+    side = max(3, round(width * grid.pixels_per_unit)) | 1
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+
+
+def sleeves(paper: Bools, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
+    """Sleeves of the paper's colour, which reach in from the edge of the photo, and thin shadows beside arms.
+
+    None if there would be no sheet left.
+    """
+    kernel = _disc(THINNEST_SLEEVE, grid)
+    thick = cv2.morphologyEx(paper.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+    reaching = touching_edge(thick, seen)
+    if (thick & ~reaching).sum() < SMALLEST_SHEET * grid.pixels_per_unit**2:
+        return np.zeros(paper.shape, bool)
+    around = np.ones((2 * len(kernel) + 1, 2 * len(kernel) + 1), np.uint8)
+    thin = paper & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
+    return np.asarray(reaching | thin)
+
+
+def touching_edge(mask: Bools, seen: Bools) -> Bools:
+    """The connected regions of a mask that reach the edge of what the photo covers, as arms do."""
+    inner = cv2.copyMakeBorder(seen.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    rim = cv2.erode(inner, np.ones((5, 5), np.uint8))[1:-1, 1:-1] == 0
+    thick = cv2.morphologyEx((mask & seen).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, numbered = cv2.connectedComponents(thick)
+    reaching = np.unique(numbered[rim & (thick > 0)])
+    return np.asarray(np.isin(numbered, reaching[reaching > 0]))
+
+

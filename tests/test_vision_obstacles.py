@@ -1,0 +1,87 @@
+"""Thin parts of the other side are seen, mixed borders are not taken for one, and hands are told from the table."""
+
+import cv2
+import numpy as np
+import pytest
+from folding_server.simulator import add_vertex, fold
+from folding_server.simulator.paper import Paper, new_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, is_paper
+from folding_server.vision.photos import Picture
+from folding_server.vision.raster import draw_paper
+from folding_server.vision.seeing import see_sequence
+from vision_scenes import GRID, SIDE, Look, PhotoList, paint, share_right
+
+HIDDEN_BLUE = Look(front=(240, 238, 230), back=(50, 100, 180), table=(35, 36, 40), lamp=0.1)
+
+
+def peeping(width: float) -> Paper:
+    """The right part folded over to the left, all but a strip of the front covered by the back."""
+    paper = add_vertex(add_vertex(new_paper(), (1, 2), 0.5 + width / 2), (3, 4), 0.5 - width / 2)
+    return fold(paper, (5, 6), 1)
+
+
+@pytest.mark.parametrize("width", [0.012, 0.02, 0.04])
+def test_a_strip_of_the_other_side_two_pixels_wide_is_seen(width: float) -> None:
+    shown = peeping(width)
+    photos = PhotoList([paint(new_paper(), HIDDEN_BLUE), paint(shown, HIDDEN_BLUE, seed=1)])
+    seen = see_sequence(photos).frame(2, 160)
+    truth = draw_paper(shown, seen.grid)
+    assert share_right(seen.labels, truth) > 0.98
+    assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.6
+
+
+@pytest.mark.parametrize("back", [(128, 128, 125), (90, 92, 96)])
+def test_the_blurred_border_of_a_white_sheet_is_no_grey_back(back: tuple[int, int, int]) -> None:
+    look = Look(front=(245, 245, 242), back=back, table=(25, 25, 28), lamp=0.1)
+    flat, turned = new_paper(), fold(new_paper(), (1, 3), 1)
+    photos = PhotoList([paint(p, look, seed=i) for i, p in enumerate((flat, turned, flat))])
+    seen = see_sequence(photos).frame(3, 160)
+    assert not (seen.labels == BACK).any()
+
+
+def wood(rng: np.random.Generator) -> Picture:
+    """A brown table with grain along it."""
+    grain = cv2.GaussianBlur(rng.normal(0, 1, (SIDE, SIDE)), (0, 0), sigmaX=1.0, sigmaY=12)
+    return np.clip(np.array([150, 105, 65]) * (1 + 0.6 * grain[..., None]), 0, 255).astype(np.uint8)
+
+
+def on_table(paper: Paper, look: Look, table: Picture, seed: int) -> Picture:
+    """A painted photo whose table is a picture."""
+    shown = draw_paper(paper, GRID) > 0
+    noise = np.random.default_rng(seed).normal(0, 1.5, table.shape)
+    photo = np.where(shown[..., None], paint(paper, look, seed=seed), table + noise)
+    return np.clip(cv2.GaussianBlur(photo, (0, 0), 0.6), 0, 255).astype(np.uint8)
+
+
+def test_a_brown_hand_on_a_wooden_table_is_unknown() -> None:
+    look, table = Look(lamp=0.0), wood(np.random.default_rng(3))
+    folded = fold(new_paper(), (1, 3), 1)
+    photos = [on_table(paper, look, table, i) for i, paper in enumerate((new_paper(), folded, folded))]
+    hand = np.zeros((SIDE, SIDE), np.uint8)
+    cv2.line(hand, (SIDE // 2 - 40, SIDE), (SIDE // 2 - 40, SIDE // 2 + 50), 1, 36)
+    cv2.line(hand, (SIDE // 2 - 40, SIDE // 2 + 50), (SIDE // 2 - 40, SIDE // 2 + 10), 1, 14)
+    skin = np.array([112, 74, 50]) + np.random.default_rng(4).normal(0, 2.5, (SIDE, SIDE, 3))
+    photos[2] = np.where(hand[..., None] > 0, skin, photos[2]).astype(np.uint8)
+    eyes = see_sequence(PhotoList(photos))
+    seen, bare = eyes.frame(3, 180), eyes.frame(2, 180)
+    rectified, inside = eyes.pose.rectify(cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid)
+    covered = (rectified[..., 0] > 200) & inside
+    assert (seen.labels == UNKNOWN)[covered].mean() > 0.9
+    far = cv2.dilate(covered.astype(np.uint8), np.ones((21, 21), np.uint8)) == 0
+    truth = draw_paper(folded, seen.grid)
+    assert share_right(np.where(far, seen.labels, UNKNOWN), truth) > 0.97
+    assert (bare.labels == UNKNOWN)[100:300, 100:300].mean() < 0.01
+
+
+def test_lines_on_a_mat_in_the_colour_of_the_paper_stay_table() -> None:
+    look = Look(front=(90, 160, 210), back=(245, 245, 240), lamp=0.0)
+    table = np.full((SIDE, SIDE, 3), (40, 60, 110), np.uint8)
+    for at in range(12, SIDE, 42):
+        table[at : at + 3], table[:, at : at + 3] = (88, 150, 200), (88, 150, 200)
+    folded = fold(new_paper(), (1, 3), 1)
+    photos = [on_table(paper, look, table, i) for i, paper in enumerate((new_paper(), folded))]
+    seen = see_sequence(PhotoList(photos)).frame(2, 160)
+    truth = draw_paper(folded, seen.grid)
+    stray = is_paper(seen.labels) & (truth == BACKGROUND)
+    assert stray.sum() < 0.02 * (truth > 0).sum()
+    assert share_right(seen.labels, truth) > 0.97
