@@ -66,7 +66,7 @@ async def run_batch(
 
     async def one(sequence: Path) -> Line:
         async with room:
-            line = await _line(sequence, out / sequence.resolve().name, settings)
+            line = await line_of(sequence, out / sequence.resolve().name, settings)
             listener.ended(line)
             return line
 
@@ -75,7 +75,8 @@ async def run_batch(
     return [task.result() for task in tasks]
 
 
-async def _line(sequence: Path, folder: Path, settings: Settings) -> Line:
+async def line_of(sequence: Path, folder: Path, settings: Settings) -> Line:
+    """Reconstruct one sequence into its run folder, or go on with it, and say how it fared."""
     name = sequence.resolve().name
     try:
         if (done := _finished(folder, sequence, settings)) is not None:

@@ -120,7 +120,8 @@ def batch_command(
     full_descriptions: options.FullDescriptions = None,
     api_base: options.ApiBase = None,
     server_url: options.ServerUrl = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Sequences at a time.")] = 1,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Sequences at a time; 1 if left out.")] = None,
+    dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")] = None,
     out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
     as_json: options.AsJson = False,
 ) -> None:
@@ -130,7 +131,7 @@ def batch_command(
         max_queries=max_queries, thinking_budget=thinking_budget, tools=tools, keep_images=keep_images,
         keep_results=keep_results, full_descriptions=full_descriptions, api_base=api_base, server_url=server_url,
     )  # fmt: skip
-    work = run_batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, _Spoken())
+    work = _batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, dask)
     lines = _finish(work, "the same command goes on from here")
     if as_json:
         typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
@@ -139,6 +140,22 @@ def batch_command(
         typer.echo(f"{done} of {len(lines)} sequences complete: {out}")
     if any(line.status not in _DONE for line in lines):
         raise typer.Exit(EXIT_STOPPED)
+
+
+def _batch(
+    sequences: list[Path], out: Path, settings: Settings, jobs: int | None, dask: str | None
+) -> Coroutine[Any, Any, list[Line]]:
+    """The work of a batch, in this process or on a cluster."""
+    if dask is None:
+        return run_batch(sequences, out, settings, jobs or 1, _Spoken())
+    if jobs is not None:
+        message = (
+            "--jobs is for work in this process; with --dask the cluster has as many at a time as threads."
+        )
+        raise UsageError(message)
+    from folding_client.cluster import run_on_cluster
+
+    return run_on_cluster(dask, sequences, out, settings, _Spoken())
 
 
 class _Spoken(Listener):

@@ -1,5 +1,6 @@
 """The append-only log of a run: one JSON object a line, flushed as it is written."""
 
+import fcntl
 import json
 import os
 import time
@@ -15,15 +16,17 @@ Event = dict[str, Any]
 
 
 class EventLog:
-    """Appends events to a file; reopening it continues the numbering and drops a line that was cut off.
+    """Appends events to a file; reopening it continues the numbering and drops a line that was cut off. UsageError
+    while another process appends to it.
 
     Every event has ``seq`` (from 1), ``time`` (UTC), ``elapsed`` (seconds since the log was opened) and
     ``kind``.
     """
 
     def __init__(self, path: Path) -> None:
-        self._seq = _mend(path)
         self._file: IO[str] = path.open("a", encoding="utf-8")
+        _lock(self._file, path)
+        self._seq = _mend(path)
         self._opened = time.monotonic()
 
     def append(self, kind: str, **data: object) -> Event:
@@ -68,10 +71,18 @@ def read_events(path: Path) -> Iterator[Event]:
             raise UsageError(message) from error
 
 
+def _lock(file: IO[str], path: Path) -> None:
+    """Keep other processes out until the file is closed, or the process ends however it does."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        file.close()
+        message = f"Another process works on the run in {path.parent}; wait until it has ended."
+        raise UsageError(message) from error
+
+
 def _mend(path: Path) -> int:
-    """Cut an unfinished last line off a log, and count the lines left; 0 for a new log."""
-    if not path.exists():
-        return 0
+    """Cut an unfinished last line off a log, and count the lines left."""
     whole = path.read_bytes()
     end = whole.rfind(b"\n") + 1
     if end < len(whole):

@@ -21,11 +21,11 @@ class Recorder:
     def __init__(self, folder: RunFolder, about: dict[str, Any]) -> None:
         self.folder = folder
         self.about = about
-        before = list(read_events(folder.events)) if folder.events.exists() else []
+        self._log = EventLog(folder.events)
+        before = list(read_events(folder.events))
         self.totals = totals_of(before)
         self._tally = tally_of(before)
         self._deciders = deciders_of(before)
-        self._log = EventLog(folder.events)
         self._seconds_before = float(about.get("outcome", {}).get("seconds", 0.0))
         self._started = datetime.now(UTC)
 

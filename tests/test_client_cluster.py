@@ -1,0 +1,150 @@
+"""Batches on a Dask cluster: workers in this process, and the folding server that the other tests use."""
+
+import asyncio
+import json
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from client_runs import events, program, sequence, settings
+from distributed import LocalCluster
+from folding_client import cluster
+from folding_client.batch import Line, Listener
+from folding_client.cluster import run_on_cluster
+from folding_client.interrupts import UsageError
+from folding_client.record.events import EventLog
+from test_client_commands import TURN, command, save, script
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """The address of a cluster with two workers."""
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0", protocol="tcp"
+    ) as local:
+        yield str(local.scheduler_address)
+
+
+def test_workers_reconstruct_a_batch_and_skip_what_is_finished(tmp_path: Path, scheduler: str) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    heard: list[Line] = []
+
+    class Hears(Listener):
+        def ended(self, line: Line) -> None:
+            heard.append(line)
+
+    def batch() -> list[Line]:
+        sequences = [sequence(2), sequence(3)]
+        return asyncio.run(run_on_cluster(scheduler, sequences, tmp_path, settings(model=model), Hears()))
+
+    assert [line.status for line in batch()] == ["complete", "stopped"]
+    assert {line.sequence for line in heard} == {sequence(2).name, sequence(3).name}
+    assert program(tmp_path / sequence(2).name) == [[{"action": "rotate", "angle": 45.0}]]
+    script(tmp_path, [save(1)], [TURN, save(2)], [TURN, save(3)])
+    assert [line.status for line in batch()] == ["skipped", "complete"]
+    about = json.loads((tmp_path / sequence(3).name / "run.json").read_text())
+    assert about["settings"]["given"].keys() == {"model", "server_url", "retries"}
+
+
+def test_an_interrupt_ends_the_runs_on_the_workers_and_leaves_them_resumable(
+    tmp_path: Path, scheduler: str
+) -> None:
+    model = script(tmp_path, [save(1)], [TURN], *[[{"tool": "render_current", "arguments": {}}]] * 2000)
+    run = tmp_path / sequence(2).name
+
+    async def interrupted() -> None:
+        batch = asyncio.ensure_future(
+            run_on_cluster(scheduler, [sequence(2)], tmp_path, settings(model=model), Listener())
+        )
+        while not (run / "events.jsonl").exists() or "rotate" not in (run / "events.jsonl").read_text():
+            assert not batch.done()
+            await asyncio.sleep(0.05)
+        batch.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await batch
+
+    asyncio.run(interrupted())
+    assert json.loads((run / "run.json").read_text())["outcome"]["status"] == "interrupted"
+    assert events(run)[-1]["kind"] == "ended"
+    script(tmp_path, [save(1)], [TURN, save(2)])
+    (line,) = asyncio.run(
+        run_on_cluster(scheduler, [sequence(2)], tmp_path, settings(model=model), Listener())
+    )
+    assert line.status == "complete"
+
+
+def test_the_command_takes_the_address_of_a_scheduler(tmp_path: Path, scheduler: str) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    words = [
+        "batch",
+        sequence(2),
+        "--model",
+        model,
+        "--out",
+        tmp_path / "runs",
+        "--dask",
+        scheduler,
+        "--json",
+    ]
+    done = command(*words, "--server-url", str(settings().server_url))
+    assert done.returncode == 0, done.stderr
+    assert [line["status"] for line in json.loads(done.stdout)] == ["complete"]
+    refused = command(*words, "--jobs", "2")
+    assert refused.returncode == 2
+    assert "--jobs is for work in this process" in refused.stderr
+
+
+def test_a_scheduler_that_does_not_answer_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    for address in ("tcp://127.0.0.1:9", "nowhere://at-all"):
+        refused = command("batch", sequence(2), "--out", tmp_path, "--dask", address)
+        assert refused.returncode == 2
+        assert refused.stderr == (
+            f"No Dask scheduler answers at {address}; name the address that it printed, such as tcp://HOST:8786.\n"
+        )
+
+
+def test_two_processes_do_not_work_on_one_run(tmp_path: Path) -> None:
+    log = EventLog(tmp_path / "events.jsonl")
+    log.append("opened")
+    with pytest.raises(UsageError, match="Another process works on the run"):
+        EventLog(tmp_path / "events.jsonl")
+    log.close()
+    again = EventLog(tmp_path / "events.jsonl")
+    assert again.append("resumed")["seq"] == 2
+    again.close()
+
+
+def test_a_worker_that_dies_loses_nothing_that_was_saved(tmp_path: Path) -> None:
+    looks = [[{"tool": "render_current", "arguments": {}}]] * 40
+    model = script(tmp_path, [save(1)], [TURN, save(2)], *looks, [TURN, save(3)])
+    run = tmp_path / sequence(3).name
+
+    async def work() -> list[Line]:
+        async with LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", asynchronous=True
+        ) as local:
+            batch = asyncio.ensure_future(
+                run_on_cluster(
+                    local.scheduler_address, [sequence(3)], tmp_path, settings(model=model), Listener()
+                )
+            )
+            while (
+                not (run / "events.jsonl").exists()
+                or "render_current" not in (run / "events.jsonl").read_text()
+            ):
+                assert not batch.done()
+                await asyncio.sleep(0.02)
+            (nanny,) = local.workers.values()
+            os.kill(nanny.pid, signal.SIGKILL)
+            return await batch
+
+    (line,) = asyncio.run(work())
+    assert line.status == "complete"
+    kinds = [event["kind"] for event in events(run) if event["kind"] in ("opened", "resumed", "ended")]
+    assert kinds == ["opened", "resumed", "ended"]
+    assert [len(step) for step in program(run)] == [1, 1]
