@@ -103,7 +103,7 @@ def test_borders_that_stay_hold_the_sheet_where_two_sides_are_folded_away() -> N
 def test_a_sheet_that_lies_at_quite_another_angle_is_located() -> None:
     paper = replay((*DIAGONAL, AddVertex(edge=(4, 1), position=0.3), Fold(edge=(5, 2), direction=1)))
     turned = Spoiling(degrees=105.0)
-    motion = locate(paper, views(paper, turned).coarse)
+    motion = locate(paper, views(paper, turned).coarse).motion
     for place in paper.positions.values():
         assert motion(place) == pytest.approx(turned.motion(place), abs=0.01)
 
@@ -181,7 +181,7 @@ def test_a_line_the_photo_cannot_tell_from_a_landmark_is_the_landmark() -> None:
 
 def test_the_sheet_is_located_where_it_drifted_to() -> None:
     paper = replay(DIAGONAL)
-    motion = locate(paper, views(paper, DRIFTED).coarse)
+    motion = locate(paper, views(paper, DRIFTED).coarse).motion
     for place in paper.positions.values():
         expected = DRIFTED.motion(place)
         assert motion(place) == pytest.approx(expected, abs=0.01)

@@ -167,18 +167,21 @@ class FoldSearch:
         allowed = max(f.agreement for f in (found, *exact, *bound))
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found
-        for group, share in ((exact, 1.0), (bound, 0.7)):
-            good = [f for f in group if f.agreement >= allowed - share * slack * self._leniency(found, f)]
+        for group, share, near_share in ((exact, 1.0, 4.0), (bound, 0.7, 1.4)):
+            good = [
+                f
+                for f in group
+                if f.agreement >= allowed - slack * (near_share if self._beside(found, f) else share)
+            ]
             if good:
                 best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
 
-    def _leniency(self, found: FoldFound, snapped: FoldFound) -> float:
-        """How much more a snapped line may lose if it is moved by less than a photo can be trusted for."""
+    def _beside(self, found: FoldFound, snapped: FoldFound) -> bool:
+        """Whether a snapped line is nearer to the found one than a photo can be trusted."""
         line = snapped.moving.line
-        moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
-        return 2.0 if moved < SUB_PIXEL else 1.0
+        return max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving)) < SUB_PIXEL
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""

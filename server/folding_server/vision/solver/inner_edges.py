@@ -12,12 +12,14 @@ import numpy as np
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import visible_borders
-from folding_server.vision.solver.scene import Mask, Scene
+from folding_server.vision.solver.scene import Image, Mask, Scene
 
 FAINT = 0.2
 """An edge of this strength (0 to 1) counts as fully seen."""
 REACH = 2
 """Pixels by which a seen line may be beside the predicted one."""
+USUAL_SIGHT = 0.8
+"""The chance that a layer border shows where no photo has told."""
 HALF_LENGTH = 0.3
 """Length of lines (sheet units) at which they count half as much as very long ones."""
 
@@ -42,20 +44,39 @@ def inner_lines(paper: Paper, scene: Scene, motion: Isometry) -> InnerLines:
     """How the layer borders of a paper under a motion agree with the lines that a photo shows inside it."""
     if scene.edges is None:
         return InnerLines(0.0, 0.0)
-    predicted = visible_borders(paper, scene.grid, motion)
-    seen = np.where(scene.known, np.minimum(scene.edges / FAINT, 1.0), 0.0).astype(np.float32)
-    shape = (2 * REACH + 1, 2 * REACH + 1)
-    near_seen = cv2.dilate(seen, np.ones(shape, np.uint8))
-    judged = predicted.layers & _inside(scene)
-    explained = cv2.dilate(predicted.all.astype(np.uint8), np.ones((2 * REACH + 3, 2 * REACH + 3), np.uint8)) > 0
+    seen, judged, explained = _lines(paper, scene, motion)
     strong = np.where(seen >= 1.0, seen, 0.0)
     per_unit = scene.grid.pixels_per_unit
-    missing = float(1 - near_seen[judged].mean()) if judged.any() else 0.0
     total = float(strong.sum())
     extra = float(strong[~explained].sum()) / total if total else 0.0
+    missing = scene.sight * (1 - _shown(seen, judged))
     return InnerLines(
         missing * _weight(np.count_nonzero(judged) / (2 * per_unit)), extra * _weight(total / (4 * per_unit))
     )
+
+
+def sight(paper: Paper, scene: Scene, motion: Isometry) -> float:
+    """The chance that the border of a layer shows in a sequence, 0 to 1, judged by a photo whose state is known."""
+    if scene.edges is None:
+        return 1.0
+    seen, judged, _ = _lines(paper, scene, motion)
+    length = np.count_nonzero(judged) / (2 * scene.grid.pixels_per_unit)
+    return (length * _shown(seen, judged) + HALF_LENGTH * USUAL_SIGHT) / (length + HALF_LENGTH)
+
+
+def _lines(paper: Paper, scene: Scene, motion: Isometry) -> tuple[Image, Mask, Mask]:
+    """How strongly lines are seen, 0 to 1; where predicted layer borders can be judged; and what lies near any."""
+    edges = np.zeros_like(scene.labels, np.float32) if scene.edges is None else scene.edges
+    predicted = visible_borders(paper, scene.grid, motion)
+    seen = np.where(scene.known, np.minimum(edges / FAINT, 1.0), 0.0).astype(np.float32)
+    wide = np.ones((2 * REACH + 3, 2 * REACH + 3), np.uint8)
+    return seen, predicted.layers & _inside(scene), cv2.dilate(predicted.all.astype(np.uint8), wide) > 0
+
+
+def _shown(seen: Image, judged: Mask) -> float:
+    """The share of the judged pixels with a seen line near; 1 if there are none."""
+    near_seen = cv2.dilate(seen, np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8))
+    return float(near_seen[judged].mean()) if judged.any() else 1.0
 
 
 def _weight(length: float) -> float:

@@ -27,7 +27,7 @@ from folding_server.vision.solver.scene import Mask, Stack
 
 Pair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""
-NEAR = 0.006
+NEAR = 0.009
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
 
 

@@ -1,15 +1,19 @@
 """Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
 
+from dataclasses import replace
 from math import ceil, floor
 
 import numpy as np
 
 from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.solver.alignment import Freedom, align
+from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.scene import Scene, Views
+from folding_server.vision.solver.scene import Scene, Views, stack_of
 from folding_server.vision.solver.transition import explain, locate
 
 COARSE, FINE = 64.0, 160.0
@@ -25,12 +29,19 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
 
     Raises PhotoError if there is no such frame. Deterministic.
     """
-    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
-    scene = Scene(before.grid, before.labels, before.two_coloured)
-    handheld = after.scales[0] != after.scales[1]
-    last = locate(paper, scene)
-    views = Views(_scene(after, before), _scene(eyes.frame(frame, FINE), before), handheld)
+    last, views = _views(paper, eyes, frame)
     return tuple(_distinct(explain(paper, last, views))[:count])
+
+
+def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
+    """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
+    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
+    found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
+    known = _scene(eyes.frame(max(1, frame - 1), FINE), before)
+    settled = align(stack_of(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
+    fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
+    handheld = after.scales[0] != after.scales[1]
+    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement)
 
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:

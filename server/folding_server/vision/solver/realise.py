@@ -18,7 +18,7 @@ NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in r
 NICE_REACH = 0.0015
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
 MOST_WAYS, MOST_TRIES = 3, 16
-AT_VERTEX = 0.004
+AT_VERTEX = 0.008
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
 

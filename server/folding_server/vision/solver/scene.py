@@ -52,13 +52,15 @@ def stack_of(paper: Paper) -> Stack:
 class Scene:
     """A label image on a grid; ``two_coloured`` says whether it tells the front of the sheet from the back.
 
-    ``edges`` is the strength of lines within the paper, (rows, cols) from 0 to 1, where that was worked out.
+    ``edges`` is the strength of lines within the paper, (rows, cols) from 0 to 1, where that was worked out; ``sight``
+    is the chance, 0 to 1, that the border of a layer shows as such a line.
     """
 
     grid: Grid
     labels: Labels
     two_coloured: bool = True
     edges: Image | None = None
+    sight: float = 1.0
     known: Mask = field(init=False)
     paper: Mask = field(init=False)
     _blurred: dict[float, Image] = field(init=False, default_factory=dict, repr=False)
@@ -110,8 +112,10 @@ class Views:
     """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one.
 
     Even under a camera that stands still the sheet's size varies a little with its height over the table.
+    ``expected`` is the agreement to hope for: what the state before reached on its own photo.
     """
 
     coarse: Scene
     fine: Scene
     handheld: bool = False
+    expected: float = 1.0

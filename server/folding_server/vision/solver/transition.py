@@ -8,7 +8,7 @@ from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
-from folding_server.vision.solver.alignment import Freedom, align, scale_of, turned_between
+from folding_server.vision.solver.alignment import Aligned, Freedom, align, scale_of, turned_between
 from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.holding import held
@@ -49,17 +49,21 @@ MOST_FIRST = 3
 """First folds of two tried."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
+WORSE, SURELY_WRONG = 0.01, 0.95
+"""Unless the photo before was explained little better than this: no photo is explained better than its noise lets it;
+but what explains less than the second figure is not the explanation.
+"""
 
 
-def locate(paper: Paper, scene: Scene) -> Isometry:
-    """The motion under which a paper explains the photo it was made from."""
+def locate(paper: Paper, scene: Scene) -> Aligned:
+    """The motion under which a paper explains the photo it was made from, and how well it does."""
     stack = stack_of(paper)
     freedom = Freedom(shift=0.04, turn=4.0, scale=0.04, halvings=5)
     starts = (IDENTITY, centered(stack, scene))
     best = max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement)
     if best.agreement < LOCATED:
         best = max((best, *best_turns(stack, scene)), key=lambda a: a.agreement)
-    return best.motion
+    return best
 
 
 def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort()) -> list[Plan]:
@@ -72,10 +76,11 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         plans += fold_plans(paper, motions, views, effort)
         if _quiet(paper, motions, views):
             plans += line_plans(paper, nothing.motion, views)
-    if views.handheld and max(p.agreement for p in plans) < COMPOUND_BELOW:
+    enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
+    if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
-    if max(p.agreement for p in plans) < COMPOUND_BELOW:
+    if max(p.agreement for p in plans) < enough:
         plans += _compound_plans(paper, _drifts(paper, last, views, (SLIGHT, Range())), views, plans, effort)
     return best_first([_unseen(plan, nothing) for plan in plans])
 
