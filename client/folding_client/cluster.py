@@ -62,9 +62,11 @@ async def _unless_stopped(sequence: Path, folder: Path, settings: Settings, stop
 
     told = Event(stop)
     work = asyncio.ensure_future(line_of(sequence, folder, settings))
-    while not (await asyncio.wait({work}, timeout=GLANCE))[0]:
-        if told.is_set():
-            work.cancel()
+    while not (await asyncio.wait({work}, timeout=GLANCE))[0] and not told.is_set():
+        pass
+    if not work.done():
+        work.cancel()
+        await asyncio.wait({work})
     return _failed(sequence, folder, "interrupted") if work.cancelled() else work.result()
 
 
@@ -74,7 +76,7 @@ async def _heard(sequence: Path, future: "Future[Line]", listener: Listener) -> 
     from distributed.client import FutureCancelledError
 
     try:
-        line = await future
+        line: Line = await future
     except KilledWorker:
         line = _failed(sequence, None, "every worker that had it died; the same command goes on from here")
     except FutureCancelledError:
