@@ -54,6 +54,8 @@ def with_thin_parts(labels: Labels, unknown: Bools, evidence: Evidence) -> Label
     own = np.take_along_axis(evidence.costs, np.minimum(labels, evidence.costs.shape[-1] - 1)[..., None], -1)
     doubtful = (own[..., 0] > DOUBTFUL) & (near[..., 1:].max(axis=-1) > 0) & ~unknown
     rows, cols = np.nonzero(doubtful)
+    if not len(rows):
+        return labels
     restored = labels.copy()
     best = np.full(len(rows), CLEARLY, np.float32)
     for side in range(1, len(evidence.looks)):
