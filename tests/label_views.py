@@ -9,8 +9,7 @@ from folding_server.simulator.plane_geometry import Isometry, turn
 from folding_server.vision.grid import grid_over
 from folding_server.vision.labels import UNKNOWN
 from folding_server.vision.raster import draw_paper
-from folding_server.vision.solver.scene import Scene
-from folding_server.vision.solver.transition import Views
+from folding_server.vision.solver.scene import Scene, Views
 
 REACH = (-0.6, -0.6, 1.6, 1.6)
 

@@ -12,9 +12,10 @@ from folding_server.vision.labels import is_paper
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.alignment import Freedom, align
 from folding_server.vision.solver.inner_edges import sight
+from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.scene import Scene, Views, stack_of
-from folding_server.vision.solver.transition import explain, locate
+from folding_server.vision.solver.transition import explain
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""

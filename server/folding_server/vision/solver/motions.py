@@ -1,0 +1,47 @@
+"""Where the unmoved part of the sheet may lie in a photo: the motions from which folds are looked for."""
+
+from collections.abc import Sequence
+from math import dist
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
+from folding_server.vision.solver.alignment import Aligned, Freedom, align
+from folding_server.vision.solver.drift import Range, drifts
+from folding_server.vision.solver.holding import held
+from folding_server.vision.solver.scene import Scene, Views, stack_of
+from folding_server.vision.solver.whole_moves import best_turns, centered
+
+LOCATED = 0.96
+"""A paper that explains its photo less well where it was last put is looked for at all angles."""
+SAME_DRIFT = 0.008
+"""Motions that differ by less (sheet units) are tried once."""
+
+
+def locate(paper: Paper, scene: Scene) -> Aligned:
+    """The motion under which a paper explains the photo it was made from, and how well it does."""
+    stack = stack_of(paper)
+    freedom = Freedom(shift=0.04, turn=4.0, scale=0.04, halvings=5)
+    starts = (IDENTITY, centered(stack, scene))
+    best = max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement)
+    if best.agreement < LOCATED:
+        best = max((best, *best_turns(stack, scene)), key=lambda a: a.agreement)
+    return best
+
+
+def likely_motions(
+    paper: Paper, last: Isometry, views: Views, ranges: Sequence[Range] = (Range(),)
+) -> list[Isometry]:
+    """Motions under which what has not moved may be found: near the last, and with the most edges in common."""
+    stack = stack_of(paper)
+    found = [last, *(motion for reach in ranges for motion in drifts(stack, views.coarse, last, reach))]
+    kept: list[Isometry] = []
+    for motion in [*(held(stack, views.fine, m) for m in found), last]:
+        if all(_apart(motion, other, stack.center) > SAME_DRIFT for other in kept):
+            kept.append(motion)
+    return kept
+
+
+def _apart(first: Isometry, second: Isometry, center: Point) -> float:
+    """How far apart two motions put the middle of the paper and points half a sheet beside it, at most."""
+    x, y = center
+    return max(dist(first(p), second(p)) for p in (center, (x + 0.5, y), (x, y + 0.5)))

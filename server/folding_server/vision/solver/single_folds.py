@@ -1,0 +1,74 @@
+"""Plans of one fold, found by what changed or, where only lines changed, by the lines."""
+
+from collections.abc import Iterator, Sequence
+
+from folding_schemas.results import ActionClass
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.solver.alignment import scale_of
+from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
+from folding_server.vision.solver.inner_edges import inner_lines
+from folding_server.vision.solver.leaves import Leaves
+from folding_server.vision.solver.lines import as_line, both_ways, evidence, landmark_lines
+from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.realise import Actions, realise
+from folding_server.vision.solver.scene import Views, stack_of
+
+NEARLY_BEST = 0.02
+"""Folds along landmarks that look worse than the best by more are not compared by their lines."""
+MOST_LINES, MOST_SETTLED = 80, 6
+"""Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
+
+
+def fold_plans(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> Iterator[Plan]:
+    """Single folds that explain the photo, as actions."""
+    return as_plans(fold_search(paper, motions, views, effort).run(), paper, views, motions[0])
+
+
+def fold_search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
+    """The search for a fold after what changed under each of the motions; the first is the likeliest."""
+    drawn = stack_of(paper)
+    changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    return FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
+
+
+def as_plans(
+    found: Sequence[FoldFound], paper: Paper, views: Views, last: Isometry, before: Actions = ()
+) -> Iterator[Plan]:
+    """Found folds as plans, measured on the fine view."""
+    for fold in found:
+        for plan in _realised(paper, fold, before):
+            yield measured(plan, views, last)
+
+
+def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
+    """Folds along landmarks, for photos that show a change by the lines inside the paper only."""
+    leaves = Leaves(paper)
+    found = [
+        FoldFound(moving, motion, views.coarse.agreement(leaves.folded(moving), motion), exact=True)
+        for row in both_ways(landmark_lines(paper))
+        for moving in leaves.moving_sets(as_line(row))
+    ]
+    top = max((f.agreement for f in found), default=0.0)
+    near = [f for f in sorted(found, key=lambda f: -f.agreement) if f.agreement > top - NEARLY_BEST]
+    plans = [plan for fold in near[:MOST_LINES] for plan in _realised(paper, fold, ())]
+    plans.sort(key=lambda plan: inner_lines(plan.paper, views.fine, motion).contradiction)
+    return (measured(plan, views, motion) for plan in plans[:MOST_SETTLED])
+
+
+def nothing_shows(paper: Paper, motions: Sequence[Isometry], views: Views) -> bool:
+    """Whether the photo's classes show no change at all under some drift."""
+    drawn = stack_of(paper)
+    return any(not evidence(views.coarse.draw(drawn, m), views.coarse, m).shows for m in motions)
+
+
+def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:
+    """A found fold as plans of real actions."""
+    words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
+    kind: ActionClass = "compound" if before else "fold"
+    return [
+        Plan((*before, *actions), kind, folded, found.motion, found.agreement, words)
+        for actions, folded in realise(paper, found.moving, exact=found.exact)
+    ]
