@@ -1,5 +1,6 @@
 """How far a label image is from the truth: by class, in thin parts, and under hands."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,12 +11,15 @@ import numpy as np
 import numpy.typing as npt
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.outline import Outline
 from folding_server.vision.pose import Pose
 from folding_server.vision.raster import draw_labels
 from folding_server.vision.seeing import SeenFrame
+from shapely import LineString, Polygon, unary_union
 
 Bools = npt.NDArray[np.bool_]
 Score = dict[str, float | None]
+Pixel = tuple[float, float]
 
 FINE = 4
 THIN = 0.04
@@ -162,3 +166,25 @@ def _hand_scores(labels: Labels, hand: Bools | None) -> Score:
 
 def _grown(mask: Bools, side: int) -> Bools:
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((side, side), np.uint8)) > 0)
+
+
+def outline_score(outlines: Sequence[Outline], truth: Truth) -> Score:
+    """``outline_pixels``: median distance of the sides seen from the true outline, in pixels of the photo."""
+    pixels = truth.frame.get("vertex_pixels") or truth.frame["camera"]["vertex_pixels"]
+    cycles = [[pixels[str(v)] for v in truth.frame["faces"][str(f)]] for f in truth.frame["order"]]
+    true = unary_union([Polygon(cycle).buffer(0.01, join_style="mitre") for cycle in cycles]).boundary
+    errors = [
+        true.distance(LineString(side).interpolate(at, normalized=True))
+        for outline in outlines
+        for side in _sides(outline, truth.pose)
+        for at in np.linspace(0.05, 0.95, 19)
+    ]
+    return {"outline_pixels": float(np.median(errors)) if errors else None}
+
+
+def _sides(outline: Outline, pose: Pose) -> Iterator[tuple[Pixel, Pixel]]:
+    """The two ends, in pixels of the photo as its truth has them, of each side that is seen."""
+    corners = [(float(x), float(y)) for x, y in pose.to_photo(outline.corners) + 0.5]
+    for i, seen in enumerate(outline.seen):
+        if seen:
+            yield corners[i], corners[(i + 1) % len(corners)]

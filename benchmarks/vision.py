@@ -24,7 +24,7 @@ from folding_server.interchange.programs import load_program
 from folding_server.photographer import photograph
 from folding_server.vision.pose import Pose
 from folding_server.vision.seeing import see_sequence
-from label_scores import Truth, scores
+from label_scores import Truth, outline_score, scores
 from reconstruction.studio import seed_of
 
 PIXELS_PER_UNIT = 160.0
@@ -88,7 +88,7 @@ def _asked(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
 
 
 def _in_short(result: dict[str, Any]) -> str:
-    keys = ("refused", "accuracy_mean", "thin_recall", "false_share", "hand_paper", "hand_table")
+    keys = ("refused", "accuracy_mean", "thin_recall", "false_share", "hand_paper", "hand_table", "outline_pixels")
     return ", ".join(f"{key} {result[key]}" for key in keys if result.get(key) is not None)
 
 
@@ -120,9 +120,12 @@ def measure(folder: Path, undeclared: bool, name: str) -> dict[str, Any]:
     learned = time.process_time()
     seen = [eyes.frame(i + 1, PIXELS_PER_UNIT) for i in range(len(truth))]
     seconds = time.process_time() - learned
+    truths = [
+        Truth(folder, frame, eyes.pose, photo.grid) for photo, frame in zip(seen, truth, strict=True)
+    ]
     frames = [
-        scores(photo, Truth(folder, frame, eyes.pose, photo.grid))
-        for photo, frame in zip(seen, truth, strict=True)
+        scores(photo, true) | outline_score(eyes.outlines(photo.frame), true)
+        for photo, true in zip(seen, truths, strict=True)
     ]
     return {
         "sequence": name,

@@ -102,3 +102,23 @@ def test_a_mat_under_the_sheet_is_not_taken_for_it() -> None:
 def test_the_back_up_start_is_found_like_any_other() -> None:
     turned = flip(new_paper(), "x")
     assert find_square(paint(turned, Look()), "Frame 1").shape == (4, 2)
+
+
+def test_a_white_sheet_on_a_white_table_is_found_by_its_shadow() -> None:
+    look = Look(front=(244, 242, 236), table=(236, 234, 229), lamp=0.1)
+    shade = np.zeros((SIDE, SIDE), np.float32)
+    shade[SIDE // 4 + 1 : 3 * SIDE // 4 + 1, SIDE // 4 + 1 : 3 * SIDE // 4 + 1] = 1
+    shade[SIDE // 4 : 3 * SIDE // 4, SIDE // 4 : 3 * SIDE // 4] = 0
+    rim = np.zeros((SIDE, SIDE), np.float32)
+    cv2.rectangle(rim, (SIDE // 4, SIDE // 4), (3 * SIDE // 4 - 1, 3 * SIDE // 4 - 1), 1, 1)
+    dark = cv2.GaussianBlur(np.maximum(shade, 0.35 * rim), (0, 0), 0.8)[..., None]
+    photo = np.clip(paint(new_paper(), look) * (1 - 0.3 * dark), 0, 255).astype(np.uint8)
+    corners = find_square(photo, "Frame 1")
+    true = (np.array([[1, 1], [3, 1], [3, 3], [1, 3]]) * SIDE / 4) - 0.5
+    assert max(np.linalg.norm(corners - corner, axis=1).min() for corner in true) < 3
+
+
+def test_a_sheet_that_nothing_shows_is_refused_with_what_to_do() -> None:
+    look = Look(front=(240, 240, 238), table=(240, 240, 238))
+    with pytest.raises(PhotoError, match="lay the sheet on one of another colour"):
+        find_square(paint(new_paper(), look), "Frame 1")

@@ -26,6 +26,8 @@ SKIN_STRANGE = 11.0
 """The same where the colour is one that skin can have."""
 CHANGED, CHANGED_STRANGE = 7.0, 4.5
 """Cost, and distance in Lab, from which a pixel is not the table that it was in the first photo."""
+THINNEST_CHANGE = 0.04
+"""Width, in sheet units, below which such a change is a blurred edge of the paper."""
 ARM_CHANGED = 12.0
 """Cost, shadows not allowed for, from which what reaches in from the edge is an arm or its deep shadow."""
 SHADES = 4
@@ -88,8 +90,9 @@ def _odd(view: View) -> Bools:
     odd = (least > UNEXPLAINED) & (view.strange > STRANGE)
     odd |= (least > SKIN_UNEXPLAINED) & (view.strange > SKIN_STRANGE) & skin(view.rgb)
     if view.recalled is not None:
-        odd |= view.recalled.known & (least > CHANGED) & (cv2.blur(view.strange, (5, 5)) > CHANGED_STRANGE)
-        odd |= _arms(view, view.recalled)
+        changed = view.recalled.known & (least > CHANGED) & (cv2.medianBlur(view.strange, 5) > CHANGED_STRANGE)
+        broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_CHANGE, view.grid))
+        odd |= (broad > 0) | _arms(view, view.recalled)
     like_paper = view.costs.argmin(axis=-1) > 0
     plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
     doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)

@@ -14,6 +14,7 @@ from folding_server.vision.grid import REACH, Grid, grid_over
 from folding_server.vision.inner_lines import inner_lines, strongest_near
 from folding_server.vision.labels import UNKNOWN, Labels
 from folding_server.vision.learning import learn
+from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
@@ -88,6 +89,12 @@ class Eyes:
             _drop_oldest(self._seen, 2 * KEPT)
             self._seen[key] = self._resampled(number, pixels_per_unit)
         return self._seen[key]
+
+    def outlines(self, number: int) -> tuple[Outline, ...]:
+        """The outlines of the paper in a photo, largest piece first. PhotoError if there is no such photo."""
+        working = self._look(number)
+        grid = _working_grid(self.pose)
+        return find_outlines(self.photos.photo(number), self.pose, working.shares, working.unknown, grid)
 
     def _look(self, number: int) -> _Working:
         if number not in self._working:

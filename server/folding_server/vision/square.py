@@ -12,7 +12,7 @@ from folding_server.errors import PhotoError
 from folding_server.vision.colours import Image, cluster, skin, to_lab
 from folding_server.vision.grid import Floats
 from folding_server.vision.photos import Picture
-from folding_server.vision.straight import edge_support, refine_polygon
+from folding_server.vision.straight import edge_support, line_support, refine_polygon
 from folding_server.vision.surfaces import fit_surface
 
 Mask = npt.NDArray[np.uint8]
@@ -25,6 +25,8 @@ SMALLEST = 0.012
 """Share of the picture that the sheet must fill."""
 NOT_SQUARE = 0.14
 """Relative difference of the sides, and cosine of the corners, that still counts as a square."""
+EDGE_FACTORS = (3.0, 4.5, 7.0)
+"""How many times steeper than usual the picture must be where the edge of a sheet of the table's colour is."""
 LEAST_SUPPORT = 0.6
 """Share of every side along which the picture must show a sharp step."""
 STEEPEST = 0.72
@@ -57,16 +59,37 @@ def find_square(rgb: Picture, where: str) -> Floats:
     lab = to_lab(np.asarray(cv2.medianBlur(small, 3), np.uint8))
     standing_out = [shape for mask in _differing(lab) for shape in _shapes(mask)]
     clustered = [shape for count in (3, 5) for mask in _clusters(lab, count) for shape in _shapes(mask)]
-    quads = [s for s in standing_out + clustered if s.quad_iou >= QUAD_IOU and not s.at_border]
-    for shape in sorted(_innermost(quads), key=lambda s: (round(s.quad_iou, 2), s.area), reverse=True):
+    enclosed = [shape for mask in _enclosed(lab) for shape in _shapes(mask)]
+    candidates = [(s, edge_support) for s in _best(standing_out + clustered)]
+    candidates += [(s, line_support) for s in _best(enclosed)]
+    for shape, support in candidates:
         ratio = np.array([small.shape[1] / rgb.shape[1], small.shape[0] / rgb.shape[0]])
         corners = _clockwise((np.asarray(shape.quad) + 0.5) / ratio - 0.5)
         corners = refine_polygon(rgb, corners, reach=max(4.0, 2.0 / scale))
-        if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE and edge_support(rgb, corners) >= LEAST_SUPPORT:
+        if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE and support(rgb, corners) >= LEAST_SUPPORT:
             return corners
     raise PhotoError(
         f"{where} must show the flat, fully visible square sheet, but {_what(small, standing_out)}."
     )
+
+
+def _best(shapes: list[Shape]) -> list[Shape]:
+    """The shapes that have four straight sides, the best first."""
+    quads = [s for s in shapes if s.quad_iou >= QUAD_IOU and not s.at_border]
+    return sorted(_innermost(quads), key=lambda s: (round(s.quad_iou, 2), s.area), reverse=True)
+
+
+def _enclosed(lab: Image) -> Iterator[Mask]:
+    """Masks of what an unbroken edge encloses, however faint: a sheet on a table of its own colour."""
+    smooth = cv2.GaussianBlur(lab, (0, 0), 1.2)
+    steps = np.hypot(cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)).max(axis=-1)
+    usual = float(np.median(steps)) + 1e-3
+    for factor in EDGE_FACTORS:
+        edges = cv2.morphologyEx((steps > factor * usual).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
+        open_space = np.pad(1 - edges, 1, constant_values=1).astype(np.uint8)
+        cv2.floodFill(open_space, None, (0, 0), 2)
+        inside = (open_space[1:-1, 1:-1] != 2).astype(np.uint8)
+        yield np.asarray(cv2.erode(inside, np.ones((3, 3), np.uint8)), np.uint8)
 
 
 def _differing(lab: Image) -> Iterator[Mask]:
@@ -229,7 +252,10 @@ def _what(small: Picture, shapes: list[Shape]) -> str:
     """What a photo without a flat square shows, as the rest of a sentence."""
     plain = [s for s in shapes if s.solid > 0.5 and s.area < 0.85 * s.mask.size and not _spread_out(s)]
     if not plain:
-        return "nothing stands out from the table"
+        return (
+            "nothing stands out from the table: lay the sheet on one of another colour, "
+            "or let a light from the side show its edges"
+        )
     shape = max(plain, key=lambda s: s.area * (0.3 if s.at_border else 1.0))
     near = cv2.dilate(shape.mask, np.ones((9, 9), np.uint8)) > 0
     skin_share = float((skin(small) & near).sum()) / shape.area

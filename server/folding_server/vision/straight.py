@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from folding_server.vision.colours import Image, to_linear
 from folding_server.vision.grid import Floats
@@ -9,19 +10,25 @@ from folding_server.vision.photos import Picture
 
 _STEP = 0.25
 _POSITIONS = 160
+LINE_FACTOR = 2.0
+"""How many times more than the table a shadow line must differ from the paper to be what its side is told by."""
 FAINTEST_STEP = 0.012
 """Difference in linear light below which a side shows no step."""
 
 
-def refine_polygon(rgb: Picture, corners: Floats, reach: float, rounds: int = 3) -> Floats:
+def refine_polygon(
+    rgb: Picture, corners: Floats, reach: float, rounds: int = 3, fixed: npt.NDArray[np.bool_] | None = None
+) -> Floats:
     """Corners (N, 2) in (column, row), moved so that every side lies on an edge of the picture.
 
-    ``reach`` is how far from a side, in pixels, its edge is looked for; it narrows in each round.
+    ``reach`` is how far from a side, in pixels, its edge is looked for; it narrows in each round. Sides that are
+    ``fixed`` (N,) stay on their lines.
     """
+    still = np.zeros(len(corners), bool) if fixed is None else fixed
     refined = np.asarray(corners, np.float64)
     for round_ in range(rounds):
         width = max(3.0, reach / 2**round_)
-        lines = [_side_line(rgb, refined, i, width) for i in range(len(refined))]
+        lines = [_side_line(rgb, refined, i, 0.0 if still[i] else width) for i in range(len(refined))]
         moved = np.array([_meet(lines[i - 1], lines[i], refined[i]) for i in range(len(refined))])
         refined = np.where(np.linalg.norm(moved - refined, axis=1, keepdims=True) < 3 * reach, moved, refined)
     return refined
@@ -30,6 +37,27 @@ def refine_polygon(rgb: Picture, corners: Floats, reach: float, rounds: int = 3)
 def edge_support(rgb: Picture, corners: Floats) -> float:
     """Share of the positions along the weakest side at which the picture has a sharp step there, 0 to 1."""
     return min(_step_share(rgb, corners, i) for i in range(len(corners)))
+
+
+def line_support(rgb: Picture, corners: Floats) -> float:
+    """Share of the positions along the weakest side at which the picture changes there more than beside it, 0 to 1.
+
+    A shadow line is enough, whatever lies inside and outside.
+    """
+    return min(_line_share(rgb, corners, i) for i in range(len(corners)))
+
+
+def _line_share(rgb: Picture, corners: Floats, index: int) -> float:
+    """The share of one side along which the light varies most across the side itself."""
+    start, along, normal = _side(corners, index)
+    near = max(3.0, 0.01 * float(np.hypot(*along)))
+    ranges = []
+    for centre in (-2.5 * near, 0.0, 2.5 * near):
+        depths = centre + np.linspace(-near, near, 9)
+        light = cv2.blur(_profiles(rgb, start, along, normal, depths).mean(axis=-1), (1, 7))
+        ranges.append(light.max(axis=1) - light.min(axis=1))
+    beside = np.maximum(ranges[0], ranges[2])
+    return float(((ranges[1] > 1.3 * beside) & (ranges[1] > FAINTEST_STEP)).mean())
 
 
 def _step_share(rgb: Picture, corners: Floats, index: int) -> float:
@@ -48,7 +76,9 @@ def _side(corners: Floats, index: int) -> tuple[Floats, Floats, Floats]:
     start, end = corners[index], corners[(index + 1) % len(corners)]
     along = end - start
     normal = np.array([along[1], -along[0]]) / (float(np.hypot(*along)) + 1e-9)
-    return start, along, -normal if normal @ (corners.mean(axis=0) - start) > 0 else normal
+    x, y = corners[:, 0], corners[:, 1]
+    clockwise = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) > 0
+    return start, along, normal if clockwise else -normal
 
 
 def _profiles(rgb: Picture, start: Floats, along: Floats, normal: Floats, depths: Floats) -> Image:
@@ -64,13 +94,19 @@ def _profiles(rgb: Picture, start: Floats, along: Floats, normal: Floats, depths
 def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Floats:
     """The line (nx, ny, offset) of one side; the side itself where the picture shows no edge."""
     start, along, normal = _side(corners, index)
-    offsets, weights = _crossings(rgb, start, along, normal, width)
-    fractions = np.linspace(0.05, 0.95, len(offsets))
-    tilt, shift = _fit_line(fractions, offsets, weights)
+    tilt, shift = (0.0, 0.0) if width == 0 else _fitted_offset(rgb, start, along, normal, width)
     a, b = start + normal * shift, start + along + normal * (tilt + shift)
     direction = (b - a) / (np.hypot(*(b - a)) + 1e-9)
     n = np.array([direction[1], -direction[0]])
     return np.array([n[0], n[1], n @ a])
+
+
+def _fitted_offset(
+    rgb: Picture, start: Floats, along: Floats, normal: Floats, width: float
+) -> tuple[float, float]:
+    """How far out the edge lies at the end of a side, less than at its start, and at its start."""
+    offsets, weights = _crossings(rgb, start, along, normal, width)
+    return _fit_line(np.linspace(0.05, 0.95, len(offsets)), offsets, weights)
 
 
 def _crossings(
@@ -83,10 +119,20 @@ def _crossings(
     third = len(depths) // 3
     inner = cv2.blur(colours[:, :third].mean(axis=1), (1, 9))
     outer = cv2.blur(colours[:, -third:].mean(axis=1), (1, 9))
+    outer = _darkest_between(colours, inner.reshape(count, 3), outer.reshape(count, 3))
     contrast = inner.reshape(count, 3) - outer.reshape(count, 3)
     power = np.einsum("ij,ij->i", contrast, contrast)
     share = np.einsum("ijk,ik->ij", colours - outer.reshape(count, 1, 3), contrast) / (power[:, None] + 1e-9)
     return _half_way(np.asarray(share, np.float64), depths, width), np.asarray(np.sqrt(power), np.float64)
+
+
+def _darkest_between(colours: Image, inner: Image, outer: Image) -> Image:
+    """The outer light (positions, 3), or that of a shadow line before it where this differs far more from the inner."""
+    away = np.linalg.norm(cv2.blur(colours, (3, 1)) - inner[:, None, :], axis=-1)
+    at = away.argmax(axis=1)
+    rows = np.arange(len(colours))
+    hidden = away[rows, at] > LINE_FACTOR * np.linalg.norm(outer - inner, axis=-1)
+    return np.where(hidden[:, None], colours[rows, at], outer).astype(np.float32)
 
 
 def _half_way(share: Floats, depths: Floats, width: float) -> Floats:
