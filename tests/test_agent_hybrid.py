@@ -44,29 +44,21 @@ def solve(sequence: Path, out: Path, provider: Provider, **given: Any) -> Outcom
 
 def test_the_solver_decides_what_is_clear_and_the_model_the_rest(tmp_path: Path) -> None:
     with OpenAI(act(TURN), save(2)) as provider:
-        outcome = solve(cat(tmp_path, 4), tmp_path / "run", provider)
+        outcome = solve(cat(tmp_path, 3), tmp_path / "run", provider)
     assert outcome.status == "complete"
-    assert outcome.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric", "4": "geometric"}
+    assert outcome.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric"}
     assert outcome.run["models"] == {"agent": MODEL, "critic": BEHIND, "overview": BEHIND, "selector": BEHIND}
     assert outcome.run["totals"].keys() == {"agent"}
     assert outcome.run["totals"]["agent"]["queries"] == 2
     assert outcome.run["totals"]["agent"]["cost"] == pytest.approx(2 * 0.003)
-    assert [step[-1]["action"] for step in program(tmp_path / "run")] == ["rotate", "fold", "fold"]
+    assert [step[-1]["action"] for step in program(tmp_path / "run")] == ["rotate", "fold"]
     (handed,) = events(tmp_path / "run", "handed_over")
     assert handed["frame"] == 2
-    assert asyncio.run(replay(tmp_path / "run")).differences == ()
-
-
-def test_the_model_is_told_the_proposals_and_may_ask_for_more(tmp_path: Path) -> None:
-    with OpenAI(act(TURN), save(2)) as provider:
-        solve(cat(tmp_path, 2), tmp_path / "run", provider)
     first = provider.received[0]
-    roles = [message["role"] for message in first["messages"]]
-    assert roles == ["system", "user", "user"]
+    assert [message["role"] for message in first["messages"]] == ["system", "user", "user"]
     told = first["messages"][2]["content"]
     assert "`propose_actions` for frame 2 answered" in told
     assert "rotate(45.0) explains" in told
-    assert "No clear favourite" in told
     assert "nothing has been done" in told
     assert "propose_actions" in {tool["function"]["name"] for tool in first["tools"]}
     assert "`propose_actions`" in first["messages"][0]["content"]
@@ -86,16 +78,16 @@ def test_a_result_that_does_not_match_is_taken_back_and_the_model_told_why(tmp_p
     assert outcome.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric"}
 
 
-def test_a_hybrid_run_that_stopped_goes_on_with_both(tmp_path: Path) -> None:
+def test_a_hybrid_run_that_stopped_goes_on_with_both_and_replays(tmp_path: Path) -> None:
     with OpenAI(act(TURN), Fails(401)) as provider:
-        stopped = solve(cat(tmp_path, 3), tmp_path / "run", provider)
+        stopped = solve(cat(tmp_path, 2), tmp_path / "run", provider)
     assert stopped.status == "stopped"
     assert stopped.run["decided"] == {"1": "geometric"}
     with OpenAI(act(TURN), save(2)) as provider:
         job = resumed_job(tmp_path / "run", None, Settings(api_base=provider.url))
         resumed = asyncio.run(reconstruct(job, Silent()))
     assert resumed.status == "complete"
-    assert resumed.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric"}
+    assert resumed.run["decided"] == {"1": "geometric", "2": BEHIND}
     assert resumed.run["totals"]["agent"]["queries"] == 3
     assert asyncio.run(replay(tmp_path / "run")).differences == ()
 
@@ -120,7 +112,7 @@ def test_a_script_may_stand_in_for_the_model(tmp_path: Path) -> None:
         {"tool": "save_checkpoint", "arguments": {"frame": 2}},
     ]
     script.write_text(json.dumps([{"calls": calls}]))
-    job = new_job(cat(tmp_path, 3), tmp_path / "run", Settings(model=f"hybrid:scripted:{script}"))
+    job = new_job(cat(tmp_path, 2), tmp_path / "run", Settings(model=f"hybrid:scripted:{script}"))
     outcome = asyncio.run(reconstruct(job, Silent()))
     assert outcome.status == "complete"
     assert outcome.run["decided"]["2"] == f"scripted:{script}"

@@ -178,6 +178,25 @@ def test_each_role_may_be_another_model(tmp_path: Path) -> None:
     assert [body["model"] for body in provider.received] == ["gpt-4o"] * 3 + ["gpt-4o-mini"] + ["gpt-4o"]
 
 
+def test_overview_and_selector_may_be_other_models_too(tmp_path: Path) -> None:
+    look_back = Says(calls=[("generate_checkpoint_overview", {})])
+    attempts = [
+        turn
+        for angle in (10, 20, 30, 40, 50)
+        for turn in (act({"action": "rotate", "angle": angle}), restore(1))
+    ]
+    others = {"overview": "litellm/openai/gpt-4.1", "selector": "litellm/openai/gpt-4.1-mini"}
+    with OpenAI(save(1), look_back, OVERVIEW, *attempts, Says("B2")) as provider:
+        outcome = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, **others)
+    assert outcome.status == "complete"
+    asked = [body["model"] for body in provider.received]
+    assert [asked[2], asked[-1]] == ["gpt-4.1", "gpt-4.1-mini"]
+    assert set(asked[:2] + asked[3:-1]) == {"gpt-4o"}
+    assert outcome.run["models"] == {"agent": MODEL, "critic": MODEL, **others}
+    assert outcome.run["decided"] == {"1": MODEL, "2": "selector (model)"}
+    assert outcome.run["totals"].keys() == {"agent", "overview", "selector"}
+
+
 def test_a_step_starts_from_a_fresh_context_with_a_summary(tmp_path: Path) -> None:
     with OpenAI(
         save(1),

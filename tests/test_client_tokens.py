@@ -3,8 +3,10 @@
 import base64
 import io
 import sys
+from pathlib import Path
 
 import pytest
+from client_runs import run, save
 from folding_client.messages import (
     Message,
     Picture,
@@ -19,6 +21,8 @@ from folding_client.messages import (
 )
 from paths import ROOT
 from PIL import Image
+from providers.base import Says
+from providers.openai import OpenAI
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
@@ -156,6 +160,15 @@ def test_tools_and_answers_in_brief_are_savings_of_their_own() -> None:
     paper = list(sent_with(ALL | {"paper_tools"}, queries))
     assert [tool.name for tool in paper[0].tools] == ["view_frame", "ask_critic"]
     assert "`undo`" not in paper[0].messages[0].text
+
+
+def test_what_every_query_carries_stays_small(tmp_path: Path) -> None:
+    turn = Says(calls=[("rotate", {"angle": 45.0})])
+    with OpenAI(save(1), turn, save(2)) as provider:
+        run(2, tmp_path / "run", model="litellm/openai/gpt-4o", api_base=provider.url)
+    body = provider.received[0]
+    fixed = pieces({"tools": body["tools"], "messages": body["messages"][:1]})
+    assert sum(tokens["openai"] for _, tokens in fixed) <= 3000
 
 
 def test_the_script_of_the_heart_is_140_queries_long() -> None:
