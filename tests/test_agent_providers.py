@@ -4,6 +4,7 @@ signatures.
 
 import asyncio
 import io
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,7 +24,7 @@ from folding_client.messages import (
 from folding_client.models.litellm_model import LitellmModel
 from folding_client.settings import Settings
 from PIL import Image
-from providers.anthropic import Anthropic
+from providers.anthropic import REDACTED, Anthropic
 from providers.base import Fails, Hangs, Provider, Resets, Says, Truncates, Turn
 from providers.gemini import Gemini
 from providers.openai import OpenAI
@@ -94,6 +95,14 @@ def test_a_tool_conversation_survives_several_turns(kind: type[Provider], model:
     assert [len(reply.tool_calls) for reply in said] == [2, 1, 0]
     assert said[2].text == "A corner was folded."
     assert [pictures_in(body) for body in provider.received] == [0, 2, 3]
+
+
+def test_thinking_that_is_kept_from_the_client_comes_back_too() -> None:
+    sealed = replace(LOOK_TWICE, thinking=REDACTED)
+    with Anthropic(sealed, LOOK_AGAIN, Says("A corner was folded.")) as provider:
+        said, _ = asyncio.run(converse(provider, "anthropic/claude-sonnet-4-5", 3))
+    assert said[2].text == "A corner was folded."
+    assert {"type": "redacted_thinking", "data": "sealed-1"} in provider.received[2]["messages"][1]["content"]
 
 
 @pytest.mark.parametrize(("kind", "model"), PROVIDERS[1:], ids=IDS[1:])

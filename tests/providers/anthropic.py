@@ -13,6 +13,8 @@ from providers.schemas import check_tool
 
 MOST_CACHE_MARKS = 4
 LEAST_BUDGET = 1024
+REDACTED = "(redacted)"
+"""Thinking that the service keeps to itself: a block of data stands for it, which has to come back too."""
 _THINKING = ("thinking", "redacted_thinking")
 _ID = re.compile(r"[a-zA-Z0-9_-]+")
 
@@ -50,7 +52,9 @@ class Anthropic(Provider):
     def answer(self, turn: Says, number: int) -> Body:
         """A message with its blocks: thinking, text, tool uses."""
         content: list[Body] = []
-        if turn.thinking:
+        if turn.thinking == REDACTED:
+            content.append({"type": "redacted_thinking", "data": f"sealed-{number}"})
+        elif turn.thinking:
             content.append({"type": "thinking", "thinking": turn.thinking, "signature": f"signed-{number}"})
         if turn.text:
             content.append({"type": "text", "text": turn.text})
