@@ -1,6 +1,6 @@
 """What seeing needs of a sequence of photos, and nothing more."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -34,4 +34,17 @@ class Photos(Protocol):
 
     def photo(self, frame: int) -> Picture:
         """One photo at full size. PhotoError if there is no such frame."""
+        ...
+
+
+@runtime_checkable
+class Film(Photos, Protocol):
+    """Photos with images in between, as a video has them."""
+
+    def between(self, frame: int, count: int | None) -> list[int]:
+        """Indices of evenly spaced images between photos ``frame`` - 1 and ``frame``, at most ``count``."""
+        ...
+
+    def image(self, index: int) -> Picture:
+        """The image at an index, at full size."""
         ...

@@ -15,7 +15,7 @@ from folding_server.vision.inner_lines import inner_lines, strongest_near
 from folding_server.vision.labels import UNKNOWN, Labels
 from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
-from folding_server.vision.photos import Photos, Picture
+from folding_server.vision.photos import Film, Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
@@ -29,6 +29,8 @@ FINEST = 160.0
 FINEST_LINES = 256.0
 """Pixels per unit at which creases and layer edges are looked for, at most."""
 COARSEST = 64.0
+MOST_BETWEEN = 5
+"""Images in between that are looked at unless more are asked for."""
 KEPT = 64
 """Frames kept in memory."""
 
@@ -75,6 +77,9 @@ class Eyes:
     scales: tuple[float, float]
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
     _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
+    _between: dict[tuple[int, float, int], tuple[SeenFrame, ...]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -87,8 +92,29 @@ class Eyes:
         key = (number, pixels_per_unit)
         if key not in self._seen:
             _drop_oldest(self._seen, 2 * KEPT)
-            self._seen[key] = self._resampled(number, pixels_per_unit)
+            self._seen[key] = self._as_seen(number, self._look(number), grid_over(pixels_per_unit, REACH))
         return self._seen[key]
+
+    def between(
+        self, number: int, pixels_per_unit: float = 64.0, count: int = MOST_BETWEEN
+    ) -> tuple[SeenFrame, ...]:
+        """Up to ``count`` of the images between photos ``number`` - 1 and ``number``, in order, seen like photos.
+
+        Hands are UNKNOWN in them; inner lines are not looked for. Empty for frame 1 and where the sequence has
+        no images in between. Each has the ``frame`` of the photo it leads to. PhotoError if there is no such
+        photo.
+        """
+        if not isinstance(self.photos, Film):
+            return ()
+        key = (number, pixels_per_unit, count)
+        if key not in self._between:
+            _drop_oldest(self._between, KEPT // 8)
+            images = [self.photos.image(i) for i in self.photos.between(number, count)]
+            grid = grid_over(pixels_per_unit, REACH)
+            self._between[key] = tuple(
+                self._as_seen(number, self._segmented(image, lines=False), grid) for image in images
+            )
+        return self._between[key]
 
     def outlines(self, number: int) -> tuple[Outline, ...]:
         """The outlines of the paper in a photo, largest piece first. PhotoError if there is no such photo."""
@@ -99,26 +125,26 @@ class Eyes:
     def _look(self, number: int) -> _Working:
         if number not in self._working:
             _drop_oldest(self._working, KEPT)
-            self._working[number] = self._segment(number)
+            self._working[number] = self._segmented(self.photos.photo(number))
         return self._working[number]
 
-    def _segment(self, number: int) -> _Working:
+    def _segmented(self, photo: Picture, *, lines: bool = True) -> _Working:
         grid = _working_grid(self.pose)
-        rgb, seen = self.pose.rectify(self.photos.photo(number), grid)
+        rgb, seen = self.pose.rectify(photo, grid)
         found = segment(rgb, seen, grid, self.palette, self.memory)
-        return _Working(rgb, found.shares, found.unknown, self._lines(number, found))
+        edges = self._lines(photo, found) if lines else np.zeros((grid.rows, grid.cols), np.float32)
+        return _Working(rgb, found.shares, found.unknown, edges)
 
-    def _lines(self, number: int, found: Segmented) -> Image:
+    def _lines(self, photo: Picture, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
         grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST_LINES)), REACH)
-        rgb, _ = self.pose.rectify(self.photos.photo(number), grid)
+        rgb, _ = self.pose.rectify(photo, grid)
         shares = cv2.resize(found.shares, (grid.cols, grid.rows), interpolation=cv2.INTER_LINEAR)
         unknown = cv2.resize(found.unknown.astype(np.uint8), (grid.cols, grid.rows)) > 0
         return inner_lines(rgb, np.asarray(shares, np.float32), np.asarray(unknown), grid.pixels_per_unit)
 
-    def _resampled(self, number: int, pixels_per_unit: float) -> SeenFrame:
+    def _as_seen(self, number: int, working: _Working, grid: Grid) -> SeenFrame:
         """The working pictures on the grid that was asked for."""
-        working, grid = self._look(number), grid_over(pixels_per_unit, REACH)
         size = (grid.cols, grid.rows)
         method = cv2.INTER_AREA if grid.rows < working.rgb.shape[0] else cv2.INTER_LINEAR
         shares = np.asarray(cv2.resize(working.shares, size, interpolation=method), np.float32)
