@@ -43,6 +43,7 @@ def test_vlm_s_carries_out_one_plan_per_step(tmp_path: Path) -> None:
         outcome = run(4, tmp_path / "run", model=MODEL, variant="vlm-s", api_base=provider.url)
     assert outcome.status == "complete"
     assert len(program(tmp_path / "run")) == 3
+    assert outcome.run["decided"] == dict.fromkeys("1234", MODEL)
     assert all("tools" not in body for body in provider.received)
     parts = provider.received[1]["messages"][1]["content"]
     assert [part["type"] for part in parts] == ["text", "image_url", "image_url"]
@@ -89,6 +90,7 @@ def test_vlm_cp_predicts_a_crease_pattern_for_every_frame(tmp_path: Path) -> Non
         outcome = run(3, tmp_path / "run", model=MODEL, variant="vlm-cp", api_base=provider.url)
     assert outcome.status == "complete"
     assert outcome.run["outcome"]["frames_saved"] == 3
+    assert outcome.run["decided"] == dict.fromkeys("23", MODEL)
     fold_file = json.loads((tmp_path / "run" / "crease_pattern.fold").read_text())
     assert fold_file["edges_assignment"] == ["B", "B", "B", "B", "V"]
     assert [

@@ -85,6 +85,8 @@ class PatternPerStep:
             self.progress.step(frame, info.frames, len(patterns))
             patterns.append(await self._predicted(info, frame, patterns[-1]))
             self._write(patterns, info)
+            over = {"frame": frame, "complete": frame == info.frames}
+            self.recorder.event("step_over", **over, by=self.voice.model.name)
         return info.model_copy(update={"saved": list(range(1, info.frames + 1)), "complete": True})
 
     async def _predicted(self, info: RunInfo, frame: int, pattern: CreasePattern) -> CreasePattern:

@@ -74,7 +74,8 @@ class PlanPerStep:
                 return
             if self.critic is None:
                 await self._planned(frame, messages)
-        await self.server.ask(CheckpointSaved, "save_checkpoint", frame=frame)
+        saved, _ = await self.server.ask(CheckpointSaved, "save_checkpoint", frame=frame)
+        self.recorder.event("step_over", frame=frame, complete=saved.complete, by=self.voice.model.name)
 
     async def _opening(self, info: RunInfo, frame: int) -> list[Message]:
         photos = await self._photos(frame)
