@@ -124,6 +124,17 @@ def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone
         assert not turned_by(cat, folded) & ears
 
 
+@pytest.mark.parametrize("tilt", [0.0, 0.0004, -0.0004, 0.01, -0.01])
+def test_the_side_meant_moves_however_little_a_line_leans_from_the_vertical(tilt: float) -> None:
+    paper = new_paper()
+    for line in (Line(cos(tilt), sin(tilt), 0.862), Line(-cos(tilt), -sin(tilt), -0.862)):
+        (moving,) = Leaves(paper).moving_sets(line)
+        ((_, folded),) = realise(paper, moving, exact=False)
+        (turned,) = (face for face in folded.faces if folded.back_up(face))
+        middle = Polygon(folded.sheet_polygon(turned)).representative_point()
+        assert line.distance((middle.x, middle.y)) > 0
+
+
 @given(strategies.integers(0, 10**6))
 def test_layer_sets_are_closed_and_each_can_be_folded(seed: int) -> None:
     random = Random(seed)

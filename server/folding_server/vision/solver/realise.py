@@ -10,7 +10,7 @@ from folding_schemas.actions import Action, AddVertex, Direction, Fold
 from folding_server.errors import ActionRefused
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between
+from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between, line_through
 from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
 
 Actions = tuple[Action, ...]
@@ -141,8 +141,11 @@ def _direction(paper: Paper, added: list[AddVertex], ends: Edge, line: Line) -> 
     for action in added:
         paper = apply(paper, action)
     p, q = paper.positions[ends[0]], paper.positions[ends[1]]
+    named = line_through(p, q)
+    same_side = named.nx * line.nx + named.ny * line.ny > 0
     vertical = abs(q[0] - p[0]) <= TOLERANCE * abs(q[1] - p[1])
-    return 1 if (line.nx > 0 if vertical else line.ny > 0) else -1
+    upwards = named.nx > 0 if vertical else named.ny > 0
+    return 1 if same_side == upwards else -1
 
 
 def _turned(before: Paper, after: Paper) -> frozenset[int]:
