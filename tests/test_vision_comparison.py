@@ -138,6 +138,15 @@ def test_a_flap_in_the_wrong_place_is_named() -> None:
     assert areas == sorted(areas, reverse=True)
 
 
+def test_a_photo_that_hides_the_paper_tells_nothing_and_says_so() -> None:
+    seen = seen_as(new_paper(), IDENTITY)
+    seen.labels[:] = UNKNOWN
+    match = compare(folded(), seen)
+    assert match.verdict == "MISMATCH"
+    assert match.words == ["something hides 100% of the paper in the photo, so it tells nothing: look at another frame"]
+    assert compare(folded(), seen_as(folded(), IDENTITY)).hidden == 0.0
+
+
 def test_another_model_altogether_diverges() -> None:
     triangle = fold(new_paper(), (1, 3), 1)
     assert compare(triangle, seen_as(new_paper(), similarity(0, 0, 0))).verdict == "EXTREME DIVERGENCE"

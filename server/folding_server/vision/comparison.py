@@ -43,6 +43,9 @@ MISPLACED_LINES = 0.3
 MISSING_LENGTH = 0.3
 """Sheet units of one seen inner line from which it is long."""
 MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
+HIDDEN = 0.9
+"""Share of the paper that something must hide for a photo to tell nothing."""
+HIDES = "something hides {:.0%} of the paper in the photo, so it tells nothing: look at another frame"
 MOST_WORDS = 5
 
 
@@ -71,7 +74,8 @@ class Match:
     units, ``outline_worst`` its 95 % quantile; both are 1 if either shows no paper. ``predicted`` is the
     aligned label image. ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside
     the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
-    sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`.
+    sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`. ``hidden`` is the share of the predicted
+    paper that something hides in the photo: from HIDDEN on the verdict is never more than a MISMATCH either way.
     """
 
     verdict: Verdict
@@ -85,10 +89,13 @@ class Match:
     lines: float
     missing_lines: tuple[str, ...]
     longest_missing: float
+    hidden: float = 0.0
 
     @property
     def words(self) -> list[str]:
         """The largest discrepancies, one sentence each, regions first, largest first."""
+        if self.hidden >= HIDDEN:
+            return [HIDES.format(self.hidden)]
         return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
 
@@ -103,7 +110,8 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     found = discrepancies(predicted, seen)
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
-    verdict = judge(alignment.agreement, found, lines)
+    hidden = hidden_share(predicted, seen.labels)
+    verdict: Verdict = "MISMATCH" if hidden >= HIDDEN else judge(alignment.agreement, found, lines)
     where = _frame(is_paper(predicted) | is_paper(seen.labels))
     missing = tuple(f"{_place(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
     iou = class_iou(predicted, seen)
@@ -119,7 +127,14 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
         lines.agreement,
         missing,
         lines.longest_missing,
+        hidden,
     )
+
+
+def hidden_share(predicted: Labels, seen: Labels) -> float:
+    """The share of the predicted paper at which the photo shows something unknown; 0 if none is predicted."""
+    paper = is_paper(predicted)
+    return float((seen == UNKNOWN)[paper].mean()) if paper.any() else 0.0
 
 
 def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = NO_LINES) -> Verdict:

@@ -30,6 +30,8 @@ THINNEST_CHANGE = 0.04
 """Width, in sheet units, below which such a change is a blurred edge of the paper."""
 ARM_CHANGED = 12.0
 """Cost, shadows not allowed for, from which what reaches in from the edge is an arm or its deep shadow."""
+ARM_STRANGE, ARM_FACTOR = 2.8, 3.0
+"""Distance in Lab, shadows allowed for, from which it is one too, and how many times the usual that must be."""
 SHADES = 4
 """Colours that an obstacle may have."""
 FEWEST = 60
@@ -103,7 +105,10 @@ def _odd(view: View) -> Bools:
 def _arms(view: View, recalled: Recalled) -> Bools:
     """What is much darker or lighter than the table was, not paper, and reaches in broadly from the edge."""
     lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
-    changed = (lit > ARM_CHANGED) & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
+    steady = cv2.blur(np.where(recalled.known, recalled.strangeness(view.lab), 0).clip(0, 30), (7, 7))
+    usual = float(np.median(steady[recalled.known])) if recalled.known.any() else 0.0
+    changed = (lit > ARM_CHANGED) | (steady > max(ARM_STRANGE, ARM_FACTOR * usual))
+    changed &= recalled.known & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
     broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_SLEEVE, view.grid)) > 0
     return touching_edge(np.asarray(broad), view.seen)
 

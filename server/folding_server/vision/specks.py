@@ -26,7 +26,7 @@ CHANCE = 2.0
 """Nats by which a pixel may be better explained by chance."""
 MOST_PER_PIXEL = 8.0
 """Nats that one pixel can give, or take, at most."""
-DOUBTFUL, CLEARLY = 4.0, 3.0
+DOUBTFUL, CLEARLY = 8.0, 6.0
 """Cost of a pixel's class from which another one is tried, and by how many nats that must be better."""
 REACH = 5
 """Pixels across of the neighbourhood whose classes may explain a pixel otherwise."""
