@@ -30,7 +30,7 @@ THINNEST_CHANGE = 0.04
 """Width, in sheet units, below which such a change is a blurred edge of the paper."""
 ARM_CHANGED = 12.0
 """Cost, shadows not allowed for, from which what reaches in from the edge is an arm or its deep shadow."""
-ARM_STRANGE, ARM_FACTOR = 2.8, 3.0
+ARM_STRANGE, ARM_FACTOR = 2.8, 2.5
 """Distance in Lab, shadows allowed for, from which it is one too, and how many times the usual that must be."""
 SHADES = 4
 """Colours that an obstacle may have."""
@@ -105,7 +105,9 @@ def _odd(view: View) -> Bools:
 def _arms(view: View, recalled: Recalled) -> Bools:
     """What is much darker or lighter than the table was, not paper, and reaches in broadly from the edge."""
     lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
-    steady = cv2.blur(np.where(recalled.known, recalled.strangeness(view.lab), 0).clip(0, 30), (7, 7))
+    known = recalled.known.astype(np.float32)
+    steady = cv2.blur(recalled.strangeness(view.lab).clip(0, 30) * known, (7, 7))
+    steady = steady / np.maximum(cv2.blur(known, (7, 7)), 1e-3)
     usual = float(np.median(steady[recalled.known])) if recalled.known.any() else 0.0
     changed = (lit > ARM_CHANGED) | (steady > max(ARM_STRANGE, ARM_FACTOR * usual))
     changed &= recalled.known & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
