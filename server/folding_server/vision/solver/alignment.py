@@ -43,6 +43,13 @@ def scale_of(motion: Isometry) -> float:
     return hypot(motion.a, motion.b)
 
 
+def inverse_of(motion: Isometry) -> Isometry:
+    """The inverse of a similarity."""
+    a, b, c, d, e, f = motion
+    det = a * d - b * c
+    return Isometry(d / det, -b / det, -c / det, a / det, (b * f - d * e) / det, (c * e - a * f) / det)
+
+
 def turned_between(first: Isometry, second: Isometry) -> float:
     """The angle between two similarities in degrees, 0 to 180."""
     turn = atan2(second.b, second.a) - atan2(first.b, first.a)

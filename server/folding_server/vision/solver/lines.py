@@ -10,6 +10,7 @@ import numpy.typing as npt
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
+from folding_server.vision.solver.alignment import inverse_of
 from folding_server.vision.solver.scene import Mask, Scene
 
 Floats = npt.NDArray[np.float64]
@@ -233,7 +234,7 @@ def evidence(before: Labels, scene: Scene, motion: Isometry) -> Evidence:
     """What changed from a drawing under ``motion`` to the photo; thin rims of misalignment do not count."""
     was, now = before != BACKGROUND, scene.paper
     known = scene.known & (scene.labels != UNKNOWN)
-    back = _inverse(motion)
+    back = inverse_of(motion)
     gone, came, turned = (
         _points(_opened(mask), scene, back)
         for mask in (was & ~now & known, now & ~was, was & now & (before != scene.labels))
@@ -254,12 +255,3 @@ def _points(mask: Mask, scene: Scene, back: Isometry) -> npt.NDArray[np.float64]
     plane = scene.grid.to_plane(np.stack([cols[keep], rows[keep]], axis=1))
     a, b, c, d, e, f = back
     return np.asarray(plane @ np.array([[a, c], [b, d]]) + (e, f))
-
-
-def _inverse(motion: Isometry) -> Isometry:
-    """The inverse of a similarity."""
-    a, b, c, d, e, f = motion
-    det = a * d - b * c
-    return Isometry(
-        d / det, -b / det, -c / det, a / det, (b * f - d * e) / det, (c * e - a * f) / det
-    )

@@ -10,7 +10,7 @@ from folding_schemas.results import ActionClass
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 
-COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
+COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.005, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
@@ -26,6 +26,8 @@ TURN_COST, FREE_TURN = 0.0005, 6.0
 """A turn of the sheet that no action accounts for costs this much a degree, beyond the free part."""
 UNSEEN_COST = 0.01
 """Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
+SWING_COST = 0.02
+"""What it costs when all of the paper moved otherwise than planned in the images between two photos."""
 LINE_COST = 0.02
 """What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
 
@@ -47,18 +49,21 @@ class Plan:
     turned: float = 0.0
     contradiction: float = 0.0
     unseen: bool = False
+    swing: float = 0.0
 
     @property
     def score(self) -> float:
         """Agreement less the cost of the actions, of changes of scale and angle, and of lines that contradict.
 
         ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
-        ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show.
+        ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
+        ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between.
         """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
+        cost += SWING_COST * self.swing
         return self.looks - cost - self.zoom - turn - (UNSEEN_COST if self.unseen else 0.0)
 
     @property

@@ -9,12 +9,14 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.labels import is_paper
+from folding_server.vision.motion import movement
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.alignment import Freedom, align
 from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.motions import locate
-from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.scene import Scene, Views, stack_of
+from folding_server.vision.solver.swings import contradiction, watched
 from folding_server.vision.solver.transition import explain
 
 COARSE, FINE = 64.0, 160.0
@@ -31,7 +33,12 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     Raises PhotoError if there is no such frame. Deterministic.
     """
     last, views = _views(paper, eyes, frame)
-    return tuple(_distinct(explain(paper, last, views))[:count])
+    plans = explain(paper, last, views)
+    between = movement(eyes, frame) if frame > 1 else None
+    if between is not None:
+        seen = watched(between, last)
+        plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
+    return tuple(_distinct(plans)[:count])
 
 
 def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:

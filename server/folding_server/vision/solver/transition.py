@@ -19,7 +19,11 @@ from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, u
 EXPLAINED = 0.985
 """A plan of one action with this agreement ends the search for compound ones."""
 STANDS_OUT = 0.01
-"""How much better than doing nothing a turn, flip or unfold must be for folds not to be looked for."""
+"""How much better than doing nothing a flip or unfold must be for folds not to be looked for. They are after a turn: some
+folds make a shape that only seems turned.
+"""
+NOISE = 0.003
+"""A photo that the state before explains this nearly as well as its own shows a change by lines at most."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
 OF_A_KIND = 4
@@ -39,12 +43,14 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     motions = likely_motions(paper, last, views)
     nothing = measured(_nothing(paper, motions, views), views, last)
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
-    best = max(p.agreement for p in plans)
-    if best < EXPLAINED or best < nothing.agreement + STANDS_OUT:
-        plans += fold_plans(paper, motions, views, effort)
-        if nothing_shows(paper, motions, views):
-            plans += line_plans(paper, nothing.motion, views)
+    best = max(plans, key=lambda p: p.agreement)
     enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
+    quiet = nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views)
+    clear = best.agreement >= max(EXPLAINED, nothing.agreement + STANDS_OUT) and best.action_class != "rotate"
+    if not clear:
+        plans += fold_plans(paper, motions, views, effort)
+        if quiet:
+            plans += line_plans(paper, nothing.motion, views)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
