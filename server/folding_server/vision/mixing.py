@@ -25,25 +25,27 @@ _NEAR, _FAR = 1e-3, 1e-6
 """Weight of the class's light far away, and of what the palette says, against its light close by."""
 
 
-def mixtures(labels: Labels, unknown: Bools, rgb: Picture, looks: tuple[Look, ...], grid: Grid) -> Image:
+def mixtures(labels: Labels, unknown: Bools, rgb: Picture, lights: npt.NDArray[np.float32]) -> Image:
     """Shares (rows, cols, 3) of table, front and back; border pixels are split between two of them.
 
-    ``looks`` say what light to expect of a class where none of it is near.
+    ``lights`` (3, rows, cols, 3) is what :func:`class_lights` says of them.
     """
     shares = np.stack([labels == value for value in CLASSES], axis=-1).astype(np.float32)
     spread = cv2.dilate(shares * (~unknown)[..., None], np.ones((BAND, BAND), np.uint8))
     rows, cols = np.nonzero((spread.sum(axis=-1) > 1.5) & ~unknown)
     if len(rows):
         pixels = to_linear(rgb)[rows, cols]
-        means = class_lights(labels, unknown, rgb, looks, grid)[:, rows, cols]
-        shares[rows, cols] = _split(pixels, means, spread[rows, cols] > 0, labels[rows, cols])
+        shares[rows, cols] = _split(pixels, lights[:, rows, cols], spread[rows, cols] > 0, labels[rows, cols])
     return shares
 
 
 def class_lights(
     labels: Labels, unknown: Bools, rgb: Picture, looks: tuple[Look, ...], grid: Grid
 ) -> npt.NDArray[np.float32]:
-    """The linear light (3, rows, cols, 3) that each class shows around each pixel."""
+    """The linear light (3, rows, cols, 3) that each class shows around each pixel.
+
+    ``looks`` say what light to expect of a class where none of it is near.
+    """
     light = to_linear(rgb)
     expected = [lab_to_linear(look.surfaces[0].on(*coordinates(grid))) for look in looks]
     expected += [np.zeros_like(light)] * (len(CLASSES) - len(expected))

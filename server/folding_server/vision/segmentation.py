@@ -1,6 +1,7 @@
 """A rectified photo to labels: table, front, back, unknown, with outlines that are right below the pixel."""
 
 from dataclasses import dataclass
+from functools import reduce
 
 import cv2
 import numpy as np
@@ -57,7 +58,7 @@ def segment(
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
     labels = without_specks(labels, unknown, grid, evidence)
     labels, stray = _one_sheet(labels, unknown, grid)
-    return Segmented(mixtures(labels, unknown | stray, rgb, tuned.looks, grid), unknown | stray)
+    return Segmented(mixtures(labels, unknown | stray, rgb, lights), unknown | stray)
 
 
 def class_costs(lab: Image, grid: Grid, palette: Palette) -> Image:
@@ -131,8 +132,11 @@ def _smooth(costs: Image) -> Image:
 
 
 def _softmax(energies: Image) -> Image:
-    raised = np.exp(energies - energies.max(axis=-1, keepdims=True))
-    return np.asarray(raised / raised.sum(axis=-1, keepdims=True), np.float32)
+    planes = [energies[..., k] for k in range(energies.shape[-1])]
+    highest = reduce(np.maximum, planes)
+    raised = [np.exp(plane - highest) for plane in planes]
+    total = reduce(np.add, raised)
+    return np.stack([plane / total for plane in raised], axis=-1)
 
 
 def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> tuple[Labels, Bools]:
