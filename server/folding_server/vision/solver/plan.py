@@ -26,6 +26,8 @@ TURN_COST, FREE_TURN = 0.0005, 6.0
 """A turn of the sheet that no action accounts for costs this much a degree, beyond the free part."""
 UNSEEN_COST = 0.01
 """Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
+THIN_COST = 0.012
+"""What it costs to fold nothing but a narrow strip."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
 LINE_COST = 0.02
@@ -50,6 +52,7 @@ class Plan:
     contradiction: float = 0.0
     unseen: bool = False
     swing: float = 0.0
+    thin: bool = False
 
     @property
     def score(self) -> float:
@@ -57,14 +60,16 @@ class Plan:
 
         ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
         ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
-        ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between.
+        ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between;
+        ``thin`` marks a last fold that turns nothing but a narrow strip.
         """
         cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
-        return self.looks - cost - self.zoom - turn - (UNSEEN_COST if self.unseen else 0.0)
+        doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin
+        return self.looks - cost - self.zoom - turn - doubts
 
     @property
     def creases(self) -> bool:

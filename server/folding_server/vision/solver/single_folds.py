@@ -18,6 +18,8 @@ from folding_server.vision.solver.scene import Views, stack_of
 
 NEARLY_BEST = 0.02
 """Folds along landmarks that look worse than the best by more are not compared by their lines."""
+THIN = 0.03
+"""Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 MOST_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 
@@ -68,7 +70,9 @@ def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:
     """A found fold as plans of real actions."""
     words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
     kind: ActionClass = "compound" if before else "fold"
+    line = found.moving.line
+    reach = max(line.distance(p) for face in found.moving.faces for p in paper.polygon(face))
     return [
-        Plan((*before, *actions), kind, folded, found.motion, found.agreement, words)
+        Plan((*before, *actions), kind, folded, found.motion, found.agreement, words, thin=reach < THIN)
         for actions, folded in realise(paper, found.moving, exact=found.exact)
     ]
