@@ -37,6 +37,10 @@ _PARALLEL = 0.9992
 
 SUB_PIXEL = 0.004
 """Sheet units by which thick paper and a slanting camera alone move a fold line in a photo."""
+MEANT, MEANT_SLACK, EXACTLY = 0.012, 0.006, 1e-6
+"""A line that misses two vertices by less than the first (sheet units) is meant to pass through them, and taken to if that
+explains less by at most the second; one that passes within the third of a vertex does pass through it.
+"""
 SPOILT = 5.0
 """How many pixels put right one that is changed but wrong is worth, when a part of the change is looked for."""
 
@@ -83,6 +87,7 @@ class FoldSearch:
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
+        self.points: list[Point] = [(x, y) for x, y in distinct_points(paper).tolist()]
         self._before: dict[tuple[bool, Isometry], Labels] = {}
 
     def run(self) -> list[FoldFound]:
@@ -171,17 +176,21 @@ class FoldSearch:
             good = [
                 f
                 for f in group
-                if f.agreement >= allowed - slack * (near_share if self._beside(found, f) else share)
+                if f.agreement >= allowed - self._allowance(found, f, slack * share, slack * near_share)
             ]
             if good:
                 best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
 
-    def _beside(self, found: FoldFound, snapped: FoldFound) -> bool:
-        """Whether a snapped line is nearer to the found one than a photo can be trusted."""
-        line = snapped.moving.line
-        return max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving)) < SUB_PIXEL
+    def _allowance(self, found: FoldFound, snapped: FoldFound, far: float, near: float) -> float:
+        """How much less a snapped line may explain: ``near`` if a photo can hardly tell it from the found one, else
+        ``far``, and more where both vertices that it passes through are as good as met.
+        """
+        line, old = snapped.moving.line, found.moving.line
+        moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
+        met = [p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < MEANT]
+        return (near if moved < SUB_PIXEL else far) + (MEANT_SLACK if len(met) > 1 else 0.0)
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""
@@ -240,10 +249,9 @@ class FoldSearch:
         """Vertices within reach of the crease, by distance."""
         line, (a, b) = found.moving.line, handles_of(self.leaves, found.moving)
         low, high = sorted((line.ny * a[0] - line.nx * a[1], line.ny * b[0] - line.nx * b[1]))
-        points = [(float(x), float(y)) for x, y in distinct_points(self.paper)]
         near = [
             p
-            for p in points
+            for p in self.points
             if abs(line.distance(p)) < reach and low - reach < line.ny * p[0] - line.nx * p[1] < high + reach
         ]
         return sorted(near, key=lambda p: abs(line.distance(p)))[:4]

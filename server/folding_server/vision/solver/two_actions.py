@@ -16,6 +16,8 @@ from folding_server.vision.solver.single_folds import as_plans, fold_search
 
 EASY_FACES = 12
 """Papers with more faces are searched with fewer lines where several searches are needed."""
+SAME_LINE = 0.02
+"""Lines whose normals and offsets differ by less are the same line with other layers."""
 MOST_FIRST = 3
 """First folds of two tried."""
 
@@ -55,10 +57,17 @@ def _refined_pair(pair: TwoFolds, motions: Sequence[Isometry], effort: Effort) -
 
 
 def _partial_folds(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> list[FoldMade]:
-    """Folds that explain a part of the change, under the drift of what nothing was done to."""
+    """Folds that explain a part of the change, under the drift of what nothing was done to: one of each line first."""
     partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
     found = fold_search(paper, motions, views, partial).run()
-    return [FoldMade(f, *made) for f in found for made in realise(paper, f.moving, exact=f.exact)]
+    made = [FoldMade(f, *actions) for f in found for actions in realise(paper, f.moving, exact=f.exact)]
+    leaders = [m for i, m in enumerate(made) if not any(_along_one_line(m, other) for other in made[:i])]
+    return leaders + [m for m in made if all(m is not leader for leader in leaders)]
+
+
+def _along_one_line(a: FoldMade, b: FoldMade) -> bool:
+    """Whether two folds have the same line and moving side, to two hundredths of the sheet."""
+    return all(abs(x - y) < SAME_LINE for x, y in zip(a.found.moving.line, b.found.moving.line, strict=True))
 
 
 def _lighter(effort: Effort, paper: Paper) -> Effort:
