@@ -92,7 +92,8 @@ class FoldSearch:
 
     def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
-        refined = _best_first([self._refined(f, self.coarse, 3) for f in self._rough()])
+        view = self.changed[0].scene if self.changed else self.coarse
+        refined = _best_first([self._refined(f, view, 3) for f in self._rough()])
         polished = [self._refined(f, self.fine, 3) for f in _different(refined)[: self.effort.polished]]
         snapped = [s for f in _different(_best_first(polished)) for s in self.snapped(f)]
         return _best_first(snapped)
@@ -122,13 +123,13 @@ class FoldSearch:
         return self._before[key]
 
     def _rough(self) -> list[FoldFound]:
-        """The most promising lines and layers, scored without moving anything."""
+        """The most promising lines and layers, scored without moving anything, on the view that shows the change."""
         found: list[FoldFound] = []
         for change in self.changed:
             for row in self._plausible(change):
                 for moving in self.leaves.moving_sets(as_line(row)):
-                    drawn = self.coarse.draw(self.leaves.folded(moving), change.motion)
-                    found.append(FoldFound(moving, change.motion, self._worth(self.coarse, drawn, change.motion)))
+                    drawn = change.scene.draw(self.leaves.folded(moving), change.motion)
+                    found.append(FoldFound(moving, change.motion, self._worth(change.scene, drawn, change.motion)))
         return _different(_best_first(found))[: self.effort.refined]
 
     def _plausible(self, change: Evidence) -> Lines:

@@ -10,7 +10,7 @@ from folding_schemas.results import ActionClass
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 
-COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.005, "flip": 0.0025, "add_vertex": 0.0003}
+COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""

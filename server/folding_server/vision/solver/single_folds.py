@@ -10,11 +10,11 @@ from folding_server.vision.solver.alignment import scale_of
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.leaves import Leaves
-from folding_server.vision.solver.lines import as_line, both_ways, evidence, landmark_lines
+from folding_server.vision.solver.lines import Evidence, as_line, both_ways, evidence, landmark_lines
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import Actions, realise
-from folding_server.vision.solver.scene import Views, stack_of
+from folding_server.vision.solver.scene import Stack, Views, stack_of
 
 NEARLY_BEST = 0.02
 """Folds along landmarks that look worse than the best by more are not compared by their lines."""
@@ -31,9 +31,17 @@ def fold_plans(paper: Paper, motions: Sequence[Isometry], views: Views, effort: 
 
 def fold_search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
     """The search for a fold after what changed under each of the motions; the first is the likeliest."""
-    drawn = stack_of(paper)
-    changed = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    changed = _changes(stack_of(paper), motions, views)
     return FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
+
+
+def _changes(drawn: Stack, motions: Sequence[Isometry], views: Views) -> list[Evidence]:
+    """What changed on the coarse view. Motions under which that shows nothing are looked at on the fine one, and then
+    they alone: the tip of a flap is small.
+    """
+    coarse = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    calm = [change.motion for change in coarse if not change.shows]
+    return [evidence(views.fine.draw(drawn, m), views.fine, m) for m in calm] or coarse
 
 
 def as_plans(
