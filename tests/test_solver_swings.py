@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from films import film, halves
 from folding_server.simulator import Paper, apply, flip, fold
 from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.motion import movement
@@ -10,7 +11,6 @@ from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.swings import contradiction, watched
-from test_vision_motion import film, halves
 
 
 @pytest.fixture(scope="module")
