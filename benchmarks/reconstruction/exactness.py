@@ -11,14 +11,15 @@ from math import dist, hypot
 from folding_server.simulator import Paper, overlapping_pairs
 from folding_server.simulator.plane_geometry import Point, between, line_through
 from shapely.geometry import Polygon
+from shapely.ops import polylabel
 from sheet import QUARTERS, Segment, gap, turned
 
 TOLERANCE = 0.02
 """How far off a vertex or a crease may be, in sheet units."""
 SAMPLES = (0.3, 0.5, 0.7)
 """Where along a crease it is looked for in the other paper."""
-THIN = 0.005
-"""Overlaps less than twice this wide (sheet units) have no order that a photo shows."""
+THIN = 0.01
+"""Overlaps less than twice this wide (sheet units) say nothing of the order: creases may be off by as much."""
 LEAST_OVERLAP = 4e-4
 """Faces that overlap by less area than this may lie in any order."""
 STRAIGHT = 1e-3
@@ -116,13 +117,13 @@ def _width(outline: Sequence[Point]) -> float:
 
 
 def _order(truth: Paper, found: Paper, quarters: int) -> float:
-    """Share of overlapping pairs of true faces whose order agrees, at the middle of their overlap."""
+    """Share of overlapping pairs of true faces whose order agrees, where their overlap is deepest."""
     checks = []
     for lower, upper in overlapping_pairs(truth):
         common = Polygon(truth.polygon(lower)).intersection(Polygon(truth.polygon(upper)))
         if common.area < LEAST_OVERLAP or common.buffer(-THIN).is_empty:
             continue
-        spot = common.representative_point()
+        spot = polylabel(common, THIN / 2)
         below, above = (
             _face_at(found, turned(truth.isometries[face].inverse()((spot.x, spot.y)), quarters))
             for face in (lower, upper)
