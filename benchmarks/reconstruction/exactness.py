@@ -121,7 +121,7 @@ def _order(truth: Paper, found: Paper, quarters: int) -> float:
     checks = []
     for lower, upper in overlapping_pairs(truth):
         common = Polygon(truth.polygon(lower)).intersection(Polygon(truth.polygon(upper)))
-        if common.area < LEAST_OVERLAP or common.buffer(-THIN).is_empty:
+        if not isinstance(common, Polygon) or common.area < LEAST_OVERLAP or common.buffer(-THIN).is_empty:
             continue
         spot = polylabel(common, THIN / 2)
         below, above = (

@@ -100,7 +100,7 @@ def _checked_call(call: Body) -> str:
 
 
 def _check_content(role: str, content: Any) -> None:
-    parts = [{"type": "text", "text": content}] if isinstance(content, str) else content
+    parts: list[Body] = [{"type": "text", "text": content}] if isinstance(content, str) else content
     assert parts, "a message is not empty"
     for part in parts:
         if part["type"] == "image_url":
