@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from folding_server.errors import ProgramError
 from folding_server.simulator.foldability import CreasePattern, Letter
+from folding_server.simulator.joining import joined
 from folding_server.simulator.plane_geometry import Point
 
 Edge = tuple[int, int]
@@ -59,20 +60,11 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
 
 def one_vertex_each(points: NDArray[np.float64], near: float) -> list[int]:
     """For each point (n, 2) the number of its vertex; points nearer than that share one. Numbered as they come."""
-    parent = list(range(len(points)))
-
-    def root(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
     places = np.asarray(shapely.points(points))
-    for i, j in shapely.STRtree(places).query(places, predicate="dwithin", distance=near).T:
-        a, b = root(int(i)), root(int(j))
-        parent[max(a, b)] = min(a, b)
+    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=near).T.tolist()
+    first = joined(range(len(points)), pairs)
     numbers: dict[int, int] = {}
-    return [numbers.setdefault(root(i), len(numbers)) for i in range(len(points))]
+    return [numbers.setdefault(first[i], len(numbers)) for i in range(len(points))]
 
 
 def stronger(first: L, second: L, u: Sequence[float], v: Sequence[float]) -> L:

@@ -3,27 +3,22 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from folding_server.simulator.joining import joined
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Point, overlap
 
 
 def planes(paper: Paper) -> list[list[int]]:
     """Maximal sets of faces joined by flat edges, each sorted, in the order of their lowest face id."""
-    parent = {face: face for face in paper.faces}
-
-    def root(face: int) -> int:
-        while parent[face] != face:
-            parent[face] = parent[parent[face]]
-            face = parent[face]
-        return face
-
-    for beside in paper.edge_faces.values():
-        if len(beside) == 2 and paper.back_up(beside[0]) == paper.back_up(beside[1]):
-            a, b = root(beside[0]), root(beside[1])
-            parent[max(a, b)] = min(a, b)
+    flat = (
+        beside
+        for beside in paper.edge_faces.values()
+        if len(beside) == 2 and paper.back_up(beside[0]) == paper.back_up(beside[1])
+    )
+    lowest = joined(paper.faces, flat)
     members: dict[int, list[int]] = {}
     for face in sorted(paper.faces):
-        members.setdefault(root(face), []).append(face)
+        members.setdefault(lowest[face], []).append(face)
     return list(members.values())
 
 
