@@ -72,6 +72,11 @@ def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
     return [_frame(_inherited(raw, i), i) for i in range(len(raw))]
 
 
+def frame_of(frames: Sequence[Frame], name: str) -> Frame | None:
+    """The first frame of a class, such as ``creasePattern``; None if there is none."""
+    return next((frame for frame in frames if frame.of_class(name)), None)
+
+
 def parse_json_object(text: str, kind: str) -> Mapping[str, Any]:
     """The JSON object in a text; ProgramError with line and column if it is none. ``kind`` names the file."""
     try:

@@ -18,7 +18,7 @@ from folding_server.interchange.flat_motions import (
     sheet_scale,
     unfolded,
 )
-from folding_server.interchange.fold_frames import Frame, read_frames
+from folding_server.interchange.fold_frames import Frame, frame_of, read_frames
 from folding_server.interchange.layer_check import check_layers
 from folding_server.interchange.own_record import restored
 from folding_server.interchange.stacking import stacked
@@ -64,7 +64,7 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
     frames = read_frames(source)
     for frame in frames:
         if frame.record is not None:
-            return restored(frame, _frame_of(frames, "creasePattern") or frame)
+            return restored(frame, frame_of(frames, "creasePattern") or frame)
     return _foreign(welded(frames), face_orders)
 
 
@@ -76,7 +76,7 @@ def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
     the file cannot be read.
     """
     frames = welded(read_frames(source))
-    frame = _frame_of(frames, "creasePattern")
+    frame = frame_of(frames, "creasePattern")
     if frame is None and frames[0].of_class("foldedForm"):
         return unfolded(_pattern(frames[0], turned=True))
     return _pattern(frame or frames[0], alone=True)
@@ -108,12 +108,8 @@ class _Sources:
     orders: Frame
 
 
-def _frame_of(frames: list[Frame], name: str) -> Frame | None:
-    return next((frame for frame in frames if frame.of_class(name)), None)
-
-
 def _sources(frames: list[Frame]) -> _Sources:
-    folded, unfolded = _frame_of(frames, "foldedForm"), _frame_of(frames, "creasePattern")
+    folded, unfolded = frame_of(frames, "foldedForm"), frame_of(frames, "creasePattern")
     if folded is None and unfolded is None:
         unfolded = frames[0]
     return _Sources(

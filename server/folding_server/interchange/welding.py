@@ -13,7 +13,7 @@ import numpy as np
 from folding_server.errors import ProgramError
 from folding_server.interchange.arrangement import one_vertex_each, stronger
 from folding_server.interchange.flat_motions import ROUNDED
-from folding_server.interchange.fold_frames import Frame
+from folding_server.interchange.fold_frames import Frame, frame_of
 from folding_server.simulator.foldability.planar import Cycle, Edge
 
 SAME = 1e-7
@@ -26,8 +26,7 @@ def welded(frames: list[Frame]) -> list[Frame]:
     ProgramError if vertices at one place of the sheet lie apart when folded (the sheet is cut there), if that leaves a
     face without area, or if an edge is listed both as mountain and as valley.
     """
-    flat = next((f for f in frames if f.of_class("creasePattern")), None)
-    flat = flat or (None if frames[0].of_class("foldedForm") else frames[0])
+    flat = frame_of(frames, "creasePattern") or (None if frames[0].of_class("foldedForm") else frames[0])
     if flat is None or len(flat.vertices_coords) < 2:
         return frames
     points = np.array([point[:2] for point in flat.vertices_coords])
