@@ -1,6 +1,6 @@
 """What an action moved: the faces that lie elsewhere than their part of the sheet lay before."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Point
@@ -11,15 +11,24 @@ def moved_faces(before: Paper, after: Paper) -> tuple[int, ...]:
 
     ``after`` is the same sheet as ``before`` after any number of actions.
     """
+    return tuple(face for face, _ in _moved(before, after))
+
+
+def turned_faces(before: Paper, after: Paper) -> frozenset[int]:
+    """The faces of ``before`` of which some part lies elsewhere ``after``."""
+    return frozenset(origin for _, origin in _moved(before, after))
+
+
+def _moved(before: Paper, after: Paper) -> Iterator[tuple[int, int]]:
+    """Each face of the later paper that lies elsewhere, and the face of the earlier one that it was part of."""
     around: dict[int, list[int]] = {}
     for face, cycle in before.faces.items():
         for v in cycle:
             around.setdefault(v, []).append(face)
-    return tuple(
-        face
-        for face in sorted(after.faces)
-        if after.isometries[face] != before.isometries[_origin(before, around, after, face)]
-    )
+    for face in sorted(after.faces):
+        origin = _origin(before, around, after, face)
+        if after.isometries[face] != before.isometries[origin]:
+            yield face, origin
 
 
 def _origin(before: Paper, around: Mapping[int, Sequence[int]], after: Paper, face: int) -> int:

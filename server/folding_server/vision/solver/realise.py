@@ -9,6 +9,7 @@ from folding_schemas.actions import Action, AddVertex, Direction, Fold
 
 from folding_server.errors import ActionRefused
 from folding_server.simulator import apply
+from folding_server.simulator.movement import turned_faces
 from folding_server.simulator.paper import Edge, Paper
 from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between, line_through
 from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
@@ -56,7 +57,7 @@ def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:
     """Whether the layers that turned are those meant, but for slivers beside the line."""
     return all(
         max(moving.line.distance(p) for p in paper.polygon(face)) <= 2 * NEAR
-        for face in _turned(paper, folded) ^ moving.faces
+        for face in turned_faces(paper, folded) ^ moving.faces
     )
 
 
@@ -146,24 +147,3 @@ def _direction(paper: Paper, added: list[AddVertex], ends: Edge, line: Line) -> 
     vertical = abs(q[0] - p[0]) <= TOLERANCE * abs(q[1] - p[1])
     upwards = named.nx > 0 if vertical else named.ny > 0
     return 1 if same_side == upwards else -1
-
-
-def _turned(before: Paper, after: Paper) -> frozenset[int]:
-    """The faces of one paper of which some part has moved in the other."""
-    turned = {f for f in before.faces if f in after.faces and before.isometries[f] != after.isometries[f]}
-    for new in after.faces.keys() - before.faces.keys():
-        outline = after.sheet_polygon(new)
-        center = sum(x for x, _ in outline) / len(outline), sum(y for _, y in outline) / len(outline)
-        turned.add(min(before.faces, key=lambda f: _outside(before.sheet_polygon(f), center)))
-    return frozenset(turned)
-
-
-def _outside(outline: list[Point], point: Point) -> float:
-    """How far a point is outside a convex outline that runs clockwise; negative inside."""
-    worst = -1.0
-    x0, y0 = outline[-1]
-    for x1, y1 in outline:
-        length = dist((x0, y0), (x1, y1))
-        worst = max(worst, ((point[1] - y0) * (x1 - x0) - (point[0] - x0) * (y1 - y0)) / length)
-        x0, y0 = x1, y1
-    return worst
