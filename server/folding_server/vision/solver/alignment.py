@@ -7,6 +7,7 @@ from math import atan2, cos, degrees, exp, hypot, radians, sin
 import numpy as np
 
 from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels
 from folding_server.vision.solver.scene import Image, Scene, Stack, soft
 
@@ -41,6 +42,12 @@ SCALES = (0.8, 1.25)
 def scale_of(motion: Isometry) -> float:
     """The scale of a similarity."""
     return hypot(motion.a, motion.b)
+
+
+def carried(points: Floats, motion: Isometry) -> Floats:
+    """Where a motion takes points (..., 2)."""
+    a, b, c, d, e, f = motion
+    return np.asarray(points @ np.array([[a, c], [b, d]]) + (e, f))
 
 
 def inverse_of(motion: Isometry) -> Isometry:

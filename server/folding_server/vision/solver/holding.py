@@ -15,7 +15,7 @@ from folding_server.simulator.plane_geometry import Isometry, Point
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import BACK, BACKGROUND, Labels
 from folding_server.vision.solver.alignment import nudged
-from folding_server.vision.solver.scene import Image, Mask, Scene, Stack
+from folding_server.vision.solver.scene import Image, Mask, Scene, Stack, spread_over
 
 REACHES = (0.05, 0.05, 0.035, 0.025, 0.015, 0.015)
 """How far (sheet units) points look along their normals in each round."""
@@ -73,12 +73,11 @@ def _border(image: Image, known: Mask) -> Border:
     """Points spread over the border in a map, away from what is unknown."""
     inside = image >= 0.5
     rim = inside & (cv2.erode(inside.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    rows, cols = np.nonzero(rim & (cv2.erode(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0))
-    keep = np.linspace(0, len(rows) - 1, min(len(rows), _POINTS)).astype(int) if len(rows) else np.array([], int)
+    rows, cols = spread_over(rim & (cv2.erode(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0), _POINTS)
     gx, gy = cv2.Sobel(image, cv2.CV_32F, 1, 0), cv2.Sobel(image, cv2.CV_32F, 0, 1)
-    normals = np.stack([gx, gy], axis=-1)[rows[keep], cols[keep]].astype(np.float64)
+    normals = np.stack([gx, gy], axis=-1)[rows, cols].astype(np.float64)
     lengths = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    return Border(np.stack([cols[keep], rows[keep]], axis=1).astype(np.float64), normals / lengths)
+    return Border(np.stack([cols, rows], axis=1).astype(np.float64), normals / lengths)
 
 
 def _crossings(image: Image, border: Border, span: Floats) -> Floats:

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
-from folding_server.vision.solver.alignment import inverse_of
-from folding_server.vision.solver.scene import Mask, Scene
+from folding_server.vision.solver.alignment import carried, inverse_of
+from folding_server.vision.solver.scene import Mask, Scene, spread_over
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.float64]
@@ -208,9 +208,7 @@ class Evidence:
 
     def _look(self, labels: Labels, points: npt.NDArray[np.float64]) -> Labels:
         """The label under each point of the paper's plane; background outside the picture."""
-        a, b, c, d, e, f = self.motion
-        moved = points @ np.array([[a, c], [b, d]]) + (e, f)
-        pixels = np.rint(self.scene.grid.to_pixel(moved)).astype(np.int64)
+        pixels = np.rint(self.scene.grid.to_pixel(carried(points, self.motion))).astype(np.int64)
         cols, rows = pixels[..., 0], pixels[..., 1]
         inside = (cols >= 0) & (rows >= 0) & (cols < labels.shape[1]) & (rows < labels.shape[0])
         seen = labels[np.where(inside, rows, 0), np.where(inside, cols, 0)]
@@ -250,8 +248,5 @@ def _opened(mask: Mask) -> Mask:
 
 def _points(mask: Mask, scene: Scene, back: Isometry) -> npt.NDArray[np.float64]:
     """Up to some hundred points spread over a mask, in the paper's plane (n, 2)."""
-    rows, cols = np.nonzero(mask)
-    keep = np.linspace(0, len(rows) - 1, min(len(rows), _POINTS)).astype(int) if len(rows) else np.array([], int)
-    plane = scene.grid.to_plane(np.stack([cols[keep], rows[keep]], axis=1))
-    a, b, c, d, e, f = back
-    return np.asarray(plane @ np.array([[a, c], [b, d]]) + (e, f))
+    rows, cols = spread_over(mask, _POINTS)
+    return carried(scene.grid.to_plane(np.stack([cols, rows], axis=1)), back)

@@ -15,9 +15,17 @@ from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Label
 from folding_server.vision.raster import draw_labels
 
 Mask = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.intp]
 
 
 Image = npt.NDArray[np.float32]
+
+
+def spread_over(mask: Mask, most: int) -> tuple[Indices, Indices]:
+    """The rows and columns of at most so many of a mask's pixels, evenly spread in reading order."""
+    rows, cols = np.nonzero(mask)
+    keep = np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int) if len(rows) else np.array([], int)
+    return rows[keep], cols[keep]
 
 
 def soft(labels: Labels, blur: float) -> Image:

@@ -9,8 +9,8 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Point
 from folding_server.vision.grid import Floats
 from folding_server.vision.motion import Movement
-from folding_server.vision.solver.alignment import inverse_of
-from folding_server.vision.solver.scene import Mask
+from folding_server.vision.solver.alignment import carried, inverse_of
+from folding_server.vision.solver.scene import Mask, spread_over
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""
@@ -32,10 +32,9 @@ class Watched:
 
 def watched(movement: Movement, last: Isometry) -> Watched:
     """The visible paper of the photo before, in the plane of its state, which lay there under the motion ``last``."""
-    rows, cols = np.nonzero(movement.watched > 0)
-    keep = np.linspace(0, len(rows) - 1, min(len(rows), _POINTS)).astype(int) if len(rows) else np.array([], int)
-    plane = movement.before.grid.to_plane(np.stack([cols[keep], rows[keep]], axis=1))
-    return Watched(_moved(plane, inverse_of(last)), np.asarray(movement.moved[rows[keep], cols[keep]] > 0))
+    rows, cols = spread_over(movement.watched > 0, _POINTS)
+    plane = movement.before.grid.to_plane(np.stack([cols, rows], axis=1))
+    return Watched(carried(plane, inverse_of(last)), np.asarray(movement.moved[rows, cols] > 0))
 
 
 def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
@@ -47,7 +46,7 @@ def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
         return 0.0
     faces, sheet = _looked_up(before, seen.places)
     found = faces >= 0
-    there = _carried(after, sheet)
+    there = _now_at(after, sheet)
     moves = np.linalg.norm(there - seen.places, axis=1) > MOVED
     _, covers = _looked_up(after, seen.places)
     stays_seen = ~moves & (np.linalg.norm(covers - sheet, axis=1) < MOVED)
@@ -62,16 +61,16 @@ def _looked_up(paper: Paper, places: Floats) -> tuple[Floats, Floats]:
     for rank, face in enumerate(paper.order):
         inside = _inside(paper.polygon(face), places)
         ranks[inside] = rank
-        sheet[inside] = _moved(places[inside], paper.isometries[face].inverse())
+        sheet[inside] = carried(places[inside], paper.isometries[face].inverse())
     return ranks, sheet
 
 
-def _carried(paper: Paper, sheet: Floats) -> Floats:
+def _now_at(paper: Paper, sheet: Floats) -> Floats:
     """Where points of the sheet lie now."""
     now = np.full_like(sheet, NOWHERE)
     for face in paper.faces:
         inside = _inside(paper.sheet_polygon(face), sheet)
-        now[inside] = _moved(sheet[inside], paper.isometries[face])
+        now[inside] = carried(sheet[inside], paper.isometries[face])
     return now
 
 
@@ -82,8 +81,3 @@ def _inside(outline: Sequence[Point], places: Floats) -> Mask:
     offsets = places[:, None] - corners[None]
     turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
     return np.asarray((turns >= -1e-9).all(axis=1) | (turns <= 1e-9).all(axis=1))
-
-
-def _moved(places: Floats, motion: Isometry) -> Floats:
-    a, b, c, d, e, f = motion
-    return np.asarray(places @ np.array([[a, c], [b, d]]) + (e, f))

@@ -45,11 +45,10 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
     best = max(plans, key=lambda p: p.agreement)
     enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
-    quiet = nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views)
     clear = best.agreement >= max(EXPLAINED, nothing.agreement + STANDS_OUT) and best.action_class != "rotate"
     if not clear:
         plans += fold_plans(paper, motions, views, effort)
-        if quiet:
+        if nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views):
             plans += line_plans(paper, nothing.motion, views)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
