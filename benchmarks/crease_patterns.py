@@ -56,8 +56,10 @@ def _folded(stack: list[Layer], line: Line) -> list[Layer]:
     turns: list[Layer] = []
     for outline, motion in stack:
         back, lying = motion.inverse(), [motion(p) for p in outline]
-        for side, to, moved in ((line, turns, mirror(line).after(motion)),
-                                (Line(-line.nx, -line.ny, -line.offset), stays, motion)):
+        for side, to, moved in (
+            (line, turns, mirror(line).after(motion)),
+            (Line(-line.nx, -line.ny, -line.offset), stays, motion),
+        ):
             part = clip(lying, side)
             if len(part) > 2 and abs(area(part)) > 1e-9:
                 to.append(([back(p) for p in part], moved))

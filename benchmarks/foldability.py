@@ -18,8 +18,15 @@ def measured(name: str, pattern: CreasePattern, cap: int) -> dict[str, object]:
     started = time.perf_counter()
     report = check_pattern(pattern, cap)
     seconds = time.perf_counter() - started
-    return {"pattern": name, "faces": len(pattern.cycles), "cap": cap, "foldable": report.foldable,
-            "states": report.states, "capped": report.capped, "seconds": round(seconds, 3)}
+    return {
+        "pattern": name,
+        "faces": len(pattern.cycles),
+        "cap": cap,
+        "foldable": report.foldable,
+        "states": report.states,
+        "capped": report.capped,
+        "seconds": round(seconds, 3),
+    }
 
 
 def golden(folder: Path) -> dict[str, object]:
@@ -28,15 +35,22 @@ def golden(folder: Path) -> dict[str, object]:
     started, wrong = time.perf_counter(), []
     for row in rows:
         data = json.loads((folder / "patterns" / f"{row['name']}.fold").read_text())
-        report = check_pattern(CreasePattern(
-            tuple((x, y) for x, y in data["vertices_coords"]), tuple((u, v) for u, v in data["edges_vertices"]),
-            tuple(data["edges_assignment"]),
-        ))
+        report = check_pattern(
+            CreasePattern(
+                tuple((x, y) for x, y in data["vertices_coords"]),
+                tuple((u, v) for u, v in data["edges_vertices"]),
+                tuple(data["edges_assignment"]),
+            )
+        )
         if row["valid"] is not None and (report.foldable, report.states) != (row["valid"], row["states"]):
             wrong.append(row["name"])
     known = sum(row["valid"] is not None for row in rows)
-    return {"patterns": len(rows), "known": known, "wrong": wrong,
-            "seconds": round(time.perf_counter() - started, 3)}
+    return {
+        "patterns": len(rows),
+        "known": known,
+        "wrong": wrong,
+        "seconds": round(time.perf_counter() - started, 3),
+    }
 
 
 def main() -> None:

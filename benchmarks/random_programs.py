@@ -75,7 +75,9 @@ def marked_fold(random: Random, first: Edge, second: Edge) -> Plan:
     """New points on two edges, then a fold through them."""
     paper = yield AddVertex(edge=first, position=fraction(random))
     point = newest(paper)
-    paper = yield AddVertex(edge=second if {*first} != {*second} else (first[0], point), position=fraction(random))
+    paper = yield AddVertex(
+        edge=second if {*first} != {*second} else (first[0], point), position=fraction(random)
+    )
     yield through(random, point, newest(paper))
 
 
@@ -88,7 +90,9 @@ def twin_fold(random: Random, paper: Paper) -> Plan:
     apart = TOLERANCE * random.uniform(0.9, 3) / max(side_length(paper, (point, v)), TOLERANCE)
     paper = yield AddVertex(edge=(point, v), position=min(apart, 1.0))
     twin = newest(paper)
-    yield through(random, *random.choice([(point, random.choice(others)), (twin, random.choice(others)), (point, twin)]))
+    yield through(
+        random, *random.choice([(point, random.choice(others)), (twin, random.choice(others)), (point, twin)])
+    )
 
 
 def almost_alike(random: Random, paper: Paper) -> Plan:
@@ -159,8 +163,17 @@ def repeated_fold(random: Random, paper: Paper) -> Plan:
 
 
 FOLDS: dict[Callable[[Random, Paper], Plan], int] = {
-    boundary_fold: 5, vertex_fold: 5, flap_fold: 3, inner_fold: 3,
-    twin_fold: 2, almost_through: 2, almost_along: 1, almost_alike: 2, echo_fold: 3, rounded_fold: 3, repeated_fold: 1,
+    boundary_fold: 5,
+    vertex_fold: 5,
+    flap_fold: 3,
+    inner_fold: 3,
+    twin_fold: 2,
+    almost_through: 2,
+    almost_along: 1,
+    almost_alike: 2,
+    echo_fold: 3,
+    rounded_fold: 3,
+    repeated_fold: 1,
 }
 """The ways to fold with their weights: about two folds in five are near-degenerate."""
 
@@ -183,8 +196,17 @@ def any_edge(random: Random, paper: Paper) -> Edge:
 
 def fraction(random: Random) -> float:
     """A fraction of an edge: a common one, a rounded one, or any."""
-    return random.choice([0.5, 0.25, 1 / 3, 0.75, round(random.uniform(0.02, 0.98), 3),
-                          random.uniform(0.001, 0.999), random.uniform(0.02, 0.98)])
+    return random.choice(
+        [
+            0.5,
+            0.25,
+            1 / 3,
+            0.75,
+            round(random.uniform(0.02, 0.98), 3),
+            random.uniform(0.001, 0.999),
+            random.uniform(0.02, 0.98),
+        ]
+    )
 
 
 def folded_edges(paper: Paper) -> list[Edge]:

@@ -40,7 +40,9 @@ def recorded_actions() -> list[float]:
         for recorded in json.loads(path.read_text())["actions"]:
             action = {key: value for key, value in recorded.items() if key != "at"}
             if "at" in recorded:
-                action["edge"] = [min(paper.places, key=lambda v: dist(paper.places[v], at)) for at in recorded["at"]]
+                action["edge"] = [
+                    min(paper.places, key=lambda v: dist(paper.places[v], at)) for at in recorded["at"]
+                ]
             known = ACTION.validate_python(action)
             start = process_time()
             paper = apply(paper, known)

@@ -107,8 +107,13 @@ def in_general(action: Action, refusal: str) -> str:
 
 def fingerprint(paper: Paper) -> tuple[object, ...]:
     """What must not change when another paper is made of this one."""
-    return (tuple(paper.places.items()), tuple(paper.faces.items()), tuple(paper.isometries.items()), paper.order,
-            tuple(paper.creases.items()))
+    return (
+        tuple(paper.places.items()),
+        tuple(paper.faces.items()),
+        tuple(paper.isometries.items()),
+        paper.order,
+        tuple(paper.creases.items()),
+    )
 
 
 def named_places(paper: Paper, action: Action) -> tuple[Point, ...]:
@@ -159,7 +164,9 @@ def sweep(programs: int, folds: int, seed: int, jobs: int, first: int = 0) -> It
     """Run programs ``first`` and on, in processes; yields (index, run) in order."""
     indices = range(first, first + programs)
     with Pool(jobs) as pool:
-        yield from zip(indices, pool.imap(partial(run_program, seed, folds), indices, chunksize=4), strict=True)
+        yield from zip(
+            indices, pool.imap(partial(run_program, seed, folds), indices, chunksize=4), strict=True
+        )
 
 
 def main() -> int:
@@ -170,7 +177,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="index of the first program")
-    parser.add_argument("--show", type=int, default=4, help="failing programs of each kind to shorten and print")
+    parser.add_argument(
+        "--show", type=int, default=4, help="failing programs of each kind to shorten and print"
+    )
     options = parser.parse_args()
     started, failing = time.perf_counter(), []
     failures: Counter[str] = Counter()
@@ -182,17 +191,33 @@ def main() -> int:
         if run.failure:
             failures[run.failure[0]] += 1
             if failures[run.failure[0]] <= options.show:
-                failing.append({"seed": options.seed, "index": index, "kind": run.failure[0], "detail": run.failure[1],
-                                "sheet": run.sheet, "program": [a.model_dump(mode="json") for a in shortest(run)]})
+                failing.append(
+                    {
+                        "seed": options.seed,
+                        "index": index,
+                        "kind": run.failure[0],
+                        "detail": run.failure[1],
+                        "sheet": run.sheet,
+                        "program": [a.model_dump(mode="json") for a in shortest(run)],
+                    }
+                )
         if count["programs"] % 500 == 0:
             print(f"{count['programs']} programs, {sum(failures.values())} failures", file=sys.stderr)
-    print(json.dumps({
-        "programs": count["programs"], "actions": count["actions"],
-        "refused_share": round(count["refused"] / max(1, count["actions"]), 4),
-        "mean_faces": round(count["faces"] / max(1, count["programs"]), 1),
-        "refused": dict(refused.most_common()),
-        "failures": dict(failures), "seconds": round(time.perf_counter() - started, 1), "failing": failing,
-    }, indent=1))
+    print(
+        json.dumps(
+            {
+                "programs": count["programs"],
+                "actions": count["actions"],
+                "refused_share": round(count["refused"] / max(1, count["actions"]), 4),
+                "mean_faces": round(count["faces"] / max(1, count["programs"]), 1),
+                "refused": dict(refused.most_common()),
+                "failures": dict(failures),
+                "seconds": round(time.perf_counter() - started, 1),
+                "failing": failing,
+            },
+            indent=1,
+        )
+    )
     return 1 if failures else 0
 
 

@@ -87,7 +87,11 @@ def main() -> None:
             rows += found
             refused += [refusal] if refusal else []
             sys.stderr.write(f"{len(rows)} comparisons\n")
-    document: dict[str, object] = {"settings": _settings(options), "refused": refused, "levels": by_level(rows)}
+    document: dict[str, object] = {
+        "settings": _settings(options),
+        "refused": refused,
+        "levels": by_level(rows),
+    }
     if options.rows:
         document["rows"] = [asdict(row) for row in rows]
     json.dump(document, sys.stdout, indent=1)
@@ -100,7 +104,9 @@ def _options() -> argparse.Namespace:
     )
     parser.add_argument("--levels", nargs="+", type=int, choices=(1, 2, 3), default=[1, 2, 3])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1], help="development: 1 to 99")
-    parser.add_argument("--programs", nargs="+", metavar="NAME", choices=sorted(programs()), help="only these")
+    parser.add_argument(
+        "--programs", nargs="+", metavar="NAME", choices=sorted(programs()), help="only these"
+    )
     parser.add_argument("--frames", type=int, default=8, help="at most so many frames of each sequence")
     parser.add_argument("--jobs", type=int, default=1, help="sequences at a time")
     parser.add_argument("--rows", action="store_true", help="print every comparison too")
@@ -172,7 +178,9 @@ def _ideal(truth: Paper, seen: SeenFrame) -> Scene:
     return Scene(seen.grid, labels if seen.two_coloured else as_one_colour(labels), seen.two_coloured)
 
 
-def candidates(papers: list[Paper], steps: Sequence[Sequence[Action]], index: int) -> Iterator[tuple[str, Paper]]:
+def candidates(
+    papers: list[Paper], steps: Sequence[Sequence[Action]], index: int
+) -> Iterator[tuple[str, Paper]]:
     """The true state of a frame, counted from 0, and its wrong neighbours, with what is wrong with each."""
     before = papers[index - 1]
     yield TRUE, papers[index]
@@ -189,7 +197,9 @@ def candidates(papers: list[Paper], steps: Sequence[Sequence[Action]], index: in
 def _other_folds(paper: Paper, action: Fold) -> Iterator[tuple[str, Paper]]:
     """Folds along parallels of a fold's line, and along the line itself with other layers."""
     line, leaves = fold_line(paper, action.edge, action.direction), Leaves(paper)
-    moved = frozenset(f for f, t in apply(paper, action).isometries.items() if t != paper.isometries.get(f, t))
+    moved = frozenset(
+        f for f, t in apply(paper, action).isometries.items() if t != paper.isometries.get(f, t)
+    )
     sets = list(leaves.moving_sets(line))
     if not sets:
         return
@@ -227,7 +237,9 @@ def by_level(rows: Sequence[Row]) -> dict[str, Any]:
 
 def _summary(rows: list[Row], kind: str) -> dict[str, Any]:
     """Shares of verdicts, for wrong states among the visible ones too, and how the agreement is distributed."""
-    low, middle, high = (round(float(q), 4) for q in np.quantile([r.agreement for r in rows], (0.02, 0.5, 0.98)))
+    low, middle, high = (
+        round(float(q), 4) for q in np.quantile([r.agreement for r in rows], (0.02, 0.5, 0.98))
+    )
     summary: dict[str, Any] = {"states": len(rows), "match": _share(rows, "MATCH")}
     if kind != TRUE:
         visible = [r for r in rows if r.likeness < VISIBLE]

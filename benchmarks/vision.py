@@ -69,7 +69,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("folders", nargs="*", type=Path)
     parser.add_argument("--levels", nargs="+", type=int, choices=(1, 2, 3), default=[])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1], help="development: 1 to 99")
-    parser.add_argument("--programs", nargs="+", metavar="NAME", choices=sorted(programs()), help="only these")
+    parser.add_argument(
+        "--programs", nargs="+", metavar="NAME", choices=sorted(programs()), help="only these"
+    )
     parser.add_argument("--size", type=int, default=800, help="side of the photographs in pixels")
     parser.add_argument("--undeclared", action="store_true", help="do not tell the declared colours")
     return parser.parse_args()
@@ -88,7 +90,15 @@ def _asked(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
 
 
 def _in_short(result: dict[str, Any]) -> str:
-    keys = ("refused", "accuracy_mean", "thin_recall", "false_share", "hand_paper", "hand_table", "outline_pixels")
+    keys = (
+        "refused",
+        "accuracy_mean",
+        "thin_recall",
+        "false_share",
+        "hand_paper",
+        "hand_table",
+        "outline_pixels",
+    )
     return ", ".join(f"{key} {result[key]}" for key in keys if result.get(key) is not None)
 
 
@@ -120,9 +130,7 @@ def measure(folder: Path, undeclared: bool, name: str) -> dict[str, Any]:
     learned = time.process_time()
     seen = [eyes.frame(i + 1, PIXELS_PER_UNIT) for i in range(len(truth))]
     seconds = time.process_time() - learned
-    truths = [
-        Truth(folder, frame, eyes.pose, photo.grid) for photo, frame in zip(seen, truth, strict=True)
-    ]
+    truths = [Truth(folder, frame, eyes.pose, photo.grid) for photo, frame in zip(seen, truth, strict=True)]
     frames = [
         scores(photo, true) | outline_score(eyes.outlines(photo.frame), true)
         for photo, true in zip(seen, truths, strict=True)

@@ -151,7 +151,9 @@ def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
 
 def test_settings_of_another_version_are_refused_in_one_sentence(tmp_path: Path) -> None:
     run = tmp_path / "run"
-    command("run", sequence(2), "--model", script(tmp_path, [save(1)]), "--out", run, "--server-url", server_url())
+    command(
+        "run", sequence(2), "--model", script(tmp_path, [save(1)]), "--out", run, "--server-url", server_url()
+    )
     about = json.loads((run / "run.json").read_text())
     about["settings"]["given"]["no_such_setting"] = True
     (run / "run.json").write_text(json.dumps(about))

@@ -87,7 +87,9 @@ def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_pat
     assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
 
 
-def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever_attempts_grew_from(tmp_path: Path) -> None:
+def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever_attempts_grew_from(
+    tmp_path: Path,
+) -> None:
     fold = ("fold", {"edge": [4, 2], "direction": -1})
     right = [("rotate", {"angle": 45.0}), ("save_checkpoint", {"frame": 2})]
     wrong = [("rotate", {"angle": 20.0}), ("save_checkpoint", {"frame": 2})]

@@ -30,8 +30,12 @@ def grid(columns: int, rows: int, letters: str = "U", width: tuple[float, ...] =
     widths = width or (1.0,) * columns
     xs = [sum(widths[:i]) for i in range(columns + 1)]
     vertices = tuple((x, float(j)) for j in range(rows + 1) for x in xs)
-    upwards = [(j * (columns + 1) + i, (j + 1) * (columns + 1) + i) for i in range(columns + 1) for j in range(rows)]
-    across = [(j * (columns + 1) + i, j * (columns + 1) + i + 1) for j in range(rows + 1) for i in range(columns)]
+    upwards = [
+        (j * (columns + 1) + i, (j + 1) * (columns + 1) + i) for i in range(columns + 1) for j in range(rows)
+    ]
+    across = [
+        (j * (columns + 1) + i, j * (columns + 1) + i + 1) for j in range(rows + 1) for i in range(columns)
+    ]
     inner = [e for e in upwards if 0 < e[0] % (columns + 1) < columns] + across[columns:-columns]
     edges = tuple(upwards + across)
     given = {edge: letters[k % len(letters)] for k, edge in enumerate(inner)}
@@ -118,7 +122,9 @@ def test_angles_that_do_not_alternate_break_kawasaki():
 def test_the_smallest_angle_between_two_mountains_does_not_fold():
     """Kawasaki and Maekawa hold, but the smallest sector cannot lie on both neighbours' backs (big-little-big)."""
     angles = [0, 40, 150, 290]
-    verdicts = {letters: check_pattern(star(angles, letters)).foldable for letters in ("MMMV", "VMMM", "MVMM", "MMVM")}
+    verdicts = {
+        letters: check_pattern(star(angles, letters)).foldable for letters in ("MMMV", "VMMM", "MVMM", "MMVM")
+    }
     assert verdicts == {"MMMV": False, "VMMM": True, "MVMM": True, "MMVM": False}
 
 
@@ -141,7 +147,9 @@ def test_a_crease_that_ends_inside_the_sheet_cannot_be_folded():
 
 def test_two_sheets_are_not_one():
     apart = CreasePattern(
-        ((0, 0), (1, 0), (0, 1), (5, 0), (6, 0), (5, 1)), ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3)), (*"BBBBBB",)
+        ((0, 0), (1, 0), (0, 1), (5, 0), (6, 0), (5, 1)),
+        ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3)),
+        (*"BBBBBB",),
     )
     assert "more than one sheet" in check_pattern(apart).reason
 
@@ -150,7 +158,11 @@ def test_a_ring_that_does_not_close_up_is_refused():
     """Four corners of a frame around a hole: every vertex is on the outline, yet the last face misses the first."""
     outer = [(0, 0), (3, 0), (3, 3), (0, 3)]
     inner = [(1, 1), (2, 1), (2, 2.2), (1, 2)]
-    edges = [(k, (k + 1) % 4) for k in range(4)] + [(4 + k, 4 + (k + 1) % 4) for k in range(4)] + [(k, k + 4) for k in range(4)]
+    edges = (
+        [(k, (k + 1) % 4) for k in range(4)]
+        + [(4 + k, 4 + (k + 1) % 4) for k in range(4)]
+        + [(k, k + 4) for k in range(4)]
+    )
     faces = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
     ring = CreasePattern(tuple(outer + inner), tuple(edges), (*"BBBBBBBBVVVV",), tuple(faces))
     assert "do not close up" in check_pattern(ring).reason
@@ -160,10 +172,19 @@ def test_a_ring_that_does_not_close_up_is_refused():
 
 @pytest.mark.parametrize(
     ("changes", "named"),
-    [({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"), ({"letters": (*"BBBX",)}, "'X'"), ({"letters": (*"BBB",)}, "3 letters"), ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9")],
+    [
+        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
+        ({"letters": (*"BBBX",)}, "'X'"),
+        ({"letters": (*"BBB",)}, "3 letters"),
+        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
+    ],
 )
 def test_a_pattern_that_cannot_be_read_says_why(changes, named):
-    square = {"vertices": ((0, 0), (1, 0), (1, 1), (0, 1)), "edges": ((0, 1), (1, 2), (2, 3), (3, 0)), "letters": (*"BBBB",)}
+    square = {
+        "vertices": ((0, 0), (1, 0), (1, 1), (0, 1)),
+        "edges": ((0, 1), (1, 2), (2, 3), (3, 0)),
+        "letters": (*"BBBB",),
+    }
     with pytest.raises(ProgramError, match=named):
         CreasePattern(**{**square, **changes})
 

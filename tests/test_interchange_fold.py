@@ -319,10 +319,14 @@ BROKEN = {
         "A mountain and a valley lie on top of each other",
     ),
     "an edge without ends": (
-        SQUARE | {"edges_vertices": [*SQUARE["edges_vertices"], [2, 2]], "edges_assignment": ["B"] * 4 + ["V", "F"]},
+        SQUARE
+        | {"edges_vertices": [*SQUARE["edges_vertices"], [2, 2]], "edges_assignment": ["B"] * 4 + ["V", "F"]},
         "edge 5 joins vertex 2 with itself",
     ),
-    "a face without corners": (SQUARE | {"faces_vertices": [[0, 1, 2], []]}, "face 1 has fewer than three corners"),
+    "a face without corners": (
+        SQUARE | {"faces_vertices": [[0, 1, 2], []]},
+        "face 1 has fewer than three corners",
+    ),
     "a cut": (SQUARE | {"edges_assignment": ["B", "B", "B", "B", "C"]}, "cut edges"),
     "three dimensions": (
         SQUARE | {"vertices_coords": [[0, 0], [1, 0], [1, 1, 0.5], [0, 1]]},
@@ -389,7 +393,9 @@ def recorded_document(path: Any) -> dict[str, Any]:
     pattern = {
         "vertices_coords": sheet,
         "edges_vertices": [[sheet.index(end) for end in edge["sheet"]] for edge in final["edges"]],
-        "edges_assignment": [{"boundary": "B", "flat": "F", "folded": "U"}[edge["kind"]] for edge in final["edges"]],
+        "edges_assignment": [
+            {"boundary": "B", "flat": "F", "folded": "U"}[edge["kind"]] for edge in final["edges"]
+        ],
     }
     faces = [list(cycle) for cycle in read_crease_pattern(pattern).faces]
     middles = [mean([sheet[v] for v in cycle]) for cycle in faces]
@@ -398,8 +404,18 @@ def recorded_document(path: Any) -> dict[str, Any]:
         return min(range(len(faces)), key=lambda i: dist(middles[i], middle))
 
     orders = [[number(upper), number(lower), 1] for upper, lower in final["over"]]
-    flat = {"frame_classes": ["creasePattern"], "vertices_coords": sheet, "frame_inherit": True, "frame_parent": 0}
-    folded = {"frame_classes": ["foldedForm"], "vertices_coords": lies, "faces_vertices": faces, "faceOrders": orders}
+    flat = {
+        "frame_classes": ["creasePattern"],
+        "vertices_coords": sheet,
+        "frame_inherit": True,
+        "frame_parent": 0,
+    }
+    folded = {
+        "frame_classes": ["foldedForm"],
+        "vertices_coords": lies,
+        "faces_vertices": faces,
+        "faceOrders": orders,
+    }
     return pattern | folded | {"file_frames": [flat]}
 
 
@@ -411,7 +427,10 @@ def mean(points: list[list[float]]) -> tuple[float, float]:
 def test_published_results_name_the_upper_face_first_as_the_model_is_seen(path: Any) -> None:
     """Of the conventions only one makes of their pairs the state that their actions lead to."""
     document, folded = recorded_document(path), recorded_paper(path)
-    places = [mean([document["file_frames"][0]["vertices_coords"][v] for v in f]) for f in document["faces_vertices"]]
+    places = [
+        mean([document["file_frames"][0]["vertices_coords"][v] for v in f])
+        for f in document["faces_vertices"]
+    ]
     fitting = set()
     for convention in FaceOrders:
         with suppress(ProgramError):
@@ -423,7 +442,8 @@ def test_published_results_name_the_upper_face_first_as_the_model_is_seen(path: 
 def by_place(paper: Paper, places: list[tuple[float, float]]) -> tuple[set[int], set[tuple[int, int]]]:
     """Sides up and layers, each face named by the nearest of the places on the sheet."""
     name = {
-        f: min(range(len(places)), key=lambda i: dist(places[i], mean(paper.sheet_polygon(f)))) for f in paper.faces
+        f: min(range(len(places)), key=lambda i: dist(places[i], mean(paper.sheet_polygon(f))))
+        for f in paper.faces
     }
     over = {(name[low], name[high]) for low, high in overlapping_pairs(paper)}
     return {name[f] for f in paper.faces if paper.back_up(f)}, over
@@ -439,7 +459,9 @@ def test_face_orders_that_contradict_the_letters_are_refused() -> None:
 
 def test_layers_that_would_cross_are_refused_and_named() -> None:
     document = without_record(fold_document(quarter()))
-    document["edges_assignment"] = ["U" if letter in "MV" else letter for letter in document["edges_assignment"]]
+    document["edges_assignment"] = [
+        "U" if letter in "MV" else letter for letter in document["edges_assignment"]
+    ]
     assert stacking(read_fold(document)) == stacking(quarter())
     first, second, third, last = (list(quarter().faces).index(face) for face in quarter().order)
     wrong = [first, third, second, last]
@@ -464,11 +486,15 @@ def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
         own = list(range(start, start + len(cycle)))
         apart["faces_vertices"].append(own)
         apart["edges_vertices"] += [list(side) for side in zip(own, own[1:] + own[:1], strict=True)]
-        apart["edges_assignment"] += [letter[frozenset(side)] for side in zip(cycle, cycle[1:] + cycle[:1], strict=True)]
+        apart["edges_assignment"] += [
+            letter[frozenset(side)] for side in zip(cycle, cycle[1:] + cycle[:1], strict=True)
+        ]
     soup = apart | {
         "frame_classes": ["foldedForm"],
         "faceOrders": document["faceOrders"],
-        "vertices_coords": [[c + 1e-9 * i for c in document["vertices_coords"][v]] for i, v in enumerate(corners)],
+        "vertices_coords": [
+            [c + 1e-9 * i for c in document["vertices_coords"][v]] for i, v in enumerate(corners)
+        ],
         "file_frames": [{**pattern, "vertices_coords": [pattern["vertices_coords"][v] for v in corners]}],
     }
     again = read_fold(soup)
@@ -481,13 +507,20 @@ def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
 def test_vertices_at_one_place_of_the_sheet_that_lie_apart_when_folded_are_a_cut() -> None:
     document = without_record(fold_document(quarter()))
     document["vertices_coords"].append([0.3, 0.3])
-    document["file_frames"][0]["vertices_coords"].append(list(document["file_frames"][0]["vertices_coords"][0]))
-    with pytest.raises(ProgramError, match="Vertices 0 and 9 .* apart when folded, so the sheet is cut there"):
+    document["file_frames"][0]["vertices_coords"].append(
+        list(document["file_frames"][0]["vertices_coords"][0])
+    )
+    with pytest.raises(
+        ProgramError, match="Vertices 0 and 9 .* apart when folded, so the sheet is cut there"
+    ):
         read_fold(document)
 
 
 def test_a_face_whose_corners_fall_together_is_refused() -> None:
-    flat = SQUARE | {"vertices_coords": [*SQUARE["vertices_coords"], [0, 1e-9]], "faces_vertices": [[0, 4, 1], [1, 2, 3]]}
+    flat = SQUARE | {
+        "vertices_coords": [*SQUARE["vertices_coords"], [0, 1e-9]],
+        "faces_vertices": [[0, 4, 1], [1, 2, 3]],
+    }
     with pytest.raises(ProgramError, match="Face 0 .* no area"):
         read_crease_pattern(flat)
 
@@ -504,7 +537,10 @@ def test_edges_that_cross_or_end_on_others_are_cut_where_no_faces_are_given() ->
 
 
 def test_edges_that_cross_are_refused_where_a_folded_form_goes_by_their_vertices() -> None:
-    crossing = SQUARE | {"edges_vertices": [*SQUARE["edges_vertices"], [1, 3]], "edges_assignment": ["B"] * 4 + ["V"] * 2}
+    crossing = SQUARE | {
+        "edges_vertices": [*SQUARE["edges_vertices"], [1, 3]],
+        "edges_assignment": ["B"] * 4 + ["V"] * 2,
+    }
     folded = {"frame_classes": ["foldedForm"], "frame_inherit": True, "frame_parent": 0}
     with pytest.raises(ProgramError, match="cross where there is no vertex"):
         read_fold(crossing | {"frame_classes": ["creasePattern"], "file_frames": [folded]})
@@ -514,8 +550,11 @@ def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_i
     twist = SHARED / "flatfold" / "patterns" / "c_twist6_b40.fold"
     pattern = read_crease_pattern(twist.read_text(encoding="utf-8"))
     report, flat = check_pattern(pattern, cap=1), lay_flat(pattern)
-    lies = {v: point for cycle, outline in zip(pattern.cycles, flat.outlines, strict=True)
-            for v, point in zip(cycle, outline.tolist(), strict=True)}
+    lies = {
+        v: point
+        for cycle, outline in zip(pattern.cycles, flat.outlines, strict=True)
+        for v, point in zip(cycle, outline.tolist(), strict=True)
+    }
     document = {
         "frame_classes": ["foldedForm"],
         "vertices_coords": [lies[v] for v in range(len(pattern.vertices))],

@@ -46,8 +46,12 @@ def test_what_is_written_is_read_back(seed: int, folds: int, sheet: tuple[float,
 def test_y_runs_down_in_the_file_and_up_in_the_pattern() -> None:
     text = oripa_text(crease_pattern_of(states(figure(CAT))[0]))
     assert sorted(text.splitlines()) == sorted(
-        ["1 -200.0 -200.0 200.0 -200.0", "1 200.0 -200.0 200.0 200.0", "1 200.0 200.0 -200.0 200.0",
-         "1 -200.0 -200.0 -200.0 200.0"]
+        [
+            "1 -200.0 -200.0 200.0 -200.0",
+            "1 200.0 -200.0 200.0 200.0",
+            "1 200.0 200.0 -200.0 200.0",
+            "1 -200.0 -200.0 -200.0 200.0",
+        ]
     )
     pattern = read_oripa(SHEET + "3 -200 -100 200 -100\n")
     assert {y for (x, y), letter in ends(pattern) if letter == "V"} == {100.0}
@@ -69,7 +73,9 @@ def test_a_model_can_be_folded_from_its_lines(path: Path) -> None:
     assert folded.sheet == pytest.approx((1.0, 1.0))
 
 
-@pytest.mark.parametrize("row", [row for row in GOLDEN if row["valid"] is not None][::4], ids=lambda row: row["name"])
+@pytest.mark.parametrize(
+    "row", [row for row in GOLDEN if row["valid"] is not None][::4], ids=lambda row: row["name"]
+)
 def test_known_patterns_have_the_same_verdict_as_lines(row: dict[str, Any]) -> None:
     given = read_crease_pattern((SHARED / "flatfold" / "patterns" / f"{row['name']}.fold").read_text())
     report = check_pattern(read_oripa(oripa_text(given)))
@@ -165,7 +171,9 @@ def test_damaged_files_are_read_or_refused(seed: int, data: st.DataObject) -> No
     rows = oripa_text(crease_pattern_of(random_paper(seed, 3))).splitlines()
     i = data.draw(st.integers(0, len(rows) - 1))
     fields = rows[i].split()
-    fields[data.draw(st.integers(0, 4))] = data.draw(st.sampled_from(["0", "-200", "x", "7", "1e-300", "-0.5", "1e9"]))
+    fields[data.draw(st.integers(0, 4))] = data.draw(
+        st.sampled_from(["0", "-200", "x", "7", "1e-300", "-0.5", "1e9"])
+    )
     rows[i] = " ".join(fields)
     with suppress(ProgramError):
         check_pattern(read_oripa("\n".join(rows)), cap=2)

@@ -22,7 +22,9 @@ from folding_server.simulator.paper import Edge
 from folding_server.simulator.validity import violations
 
 
-def crease_across(paper: Paper, first: tuple[Edge, float], second: tuple[Edge, float], direction: int) -> Paper:
+def crease_across(
+    paper: Paper, first: tuple[Edge, float], second: tuple[Edge, float], direction: int
+) -> Paper:
     """Add a vertex on each of two edges and fold through them."""
     for edge, position in (first, second):
         paper = add_vertex(paper, edge, position)
@@ -231,7 +233,9 @@ def test_a_fold_that_just_misses_a_vertex_other_folds_just_missed_is_refused_and
     paper = fold(flip(fold(paper, (6, 5), 1), "y"), (4, 1), 1)
     paper = fold(add_vertex(paper, (2, 3), 0.500066), (8, 6), -1)
     assert violations(paper) == []
-    with pytest.raises(ActionRefused, match=r"fold through \[9, 3\] would put the layers that meet at vertex 1 .* apart"):
+    with pytest.raises(
+        ActionRefused, match=r"fold through \[9, 3\] would put the layers that meet at vertex 1 .* apart"
+    ):
         fold(paper, (9, 3), -1)
     assert violations(fold(paper, (9, 4), -1)) == []
 

@@ -68,7 +68,9 @@ def test_published_results_reproduce_their_final_state(path: Path) -> None:
         assert dist(paper.places[v], vertex["sheet"]) < ROUNDING
         assert dist(paper.positions[v], vertex["folded"]) < ROUNDING
 
-    edges = {tuple(sorted(vertex_at(paper, end) for end in edge["sheet"])): edge["kind"] for edge in final["edges"]}
+    edges = {
+        tuple(sorted(vertex_at(paper, end) for end in edge["sheet"])): edge["kind"] for edge in final["edges"]
+    }
     assert {edge: KINDS[letter] for edge, letter in paper.edges()} == edges
 
     assert {f for f in paper.faces if not paper.back_up(f)} == {face_at(paper, c) for c in final["front_up"]}

@@ -33,7 +33,9 @@ def programs(draw: st.DrawFn, folds: int = 4, sheet: Point = (1.0, 1.0)) -> list
     """Actions that all succeed: folds through new points on two edges of one face, turned and flipped between."""
     paper, actions = new_paper(sheet), []
     for _ in range(draw(st.integers(1, folds))):
-        for action in draw(st.sampled_from([(), (Flip(axis="x"),), (Flip(axis="y=x"),), (Rotate(angle=30.0),)])):
+        for action in draw(
+            st.sampled_from([(), (Flip(axis="x"),), (Flip(axis="y=x"),), (Rotate(angle=30.0),)])
+        ):
             actions.append(action)
             paper = apply(paper, action)
         cycle = paper.faces[draw(st.sampled_from(sorted(paper.faces)))]
@@ -108,7 +110,9 @@ def test_unfold_undoes_the_fold_before_it_and_leaves_flat_marks(actions):
     whole = {face: part_of(before, after, face) for face in after.faces}
     assert all(after.back_up(face) == before.back_up(whole[face]) for face in after.faces)
     assert all(before.rank[whole[low]] < before.rank[whole[high]] for low, high in overlapping_pairs(after))
-    assert {letter for edge, letter in after.edges() if len({whole[f] for f in after.edge_faces[edge]}) == 1} <= {"B", "F"}
+    assert {
+        letter for edge, letter in after.edges() if len({whole[f] for f in after.edge_faces[edge]}) == 1
+    } <= {"B", "F"}
 
 
 def part_of(before: Paper, after: Paper, face: int) -> int:

@@ -31,7 +31,9 @@ DIAGONAL: tuple[Action, ...] = (Rotate(angle=45), Fold(edge=(4, 2), direction=-1
 """A triangle, back up: the first steps of many animals."""
 
 
-def explained(before: tuple[Action, ...], step: tuple[Action, ...], spoiling: Spoiling = DRIFTED) -> tuple[Paper, Plan]:
+def explained(
+    before: tuple[Action, ...], step: tuple[Action, ...], spoiling: Spoiling = DRIFTED
+) -> tuple[Paper, Plan]:
     """The true paper after a step, and the solver's best plan for it."""
     paper = replay(before)
     truth = paper
@@ -50,7 +52,11 @@ def explained(before: tuple[Action, ...], step: tuple[Action, ...], spoiling: Sp
         (DIAGONAL, (AddVertex(edge=(4, 2), position=0.5), Fold(edge=(5, 1), direction=-1)), "fold"),
         (
             DIAGONAL,
-            (AddVertex(edge=(4, 1), position=0.3), AddVertex(edge=(1, 2), position=0.7), Fold(edge=(5, 6), direction=-1)),
+            (
+                AddVertex(edge=(4, 1), position=0.3),
+                AddVertex(edge=(1, 2), position=0.7),
+                Fold(edge=(5, 6), direction=-1),
+            ),
             "fold",
         ),
     ],
@@ -75,17 +81,35 @@ def test_the_layers_that_moved_are_told_apart(layers: str) -> None:
 
 
 def test_two_actions_in_one_keyframe_are_found() -> None:
-    first = (AddVertex(edge=(1, 2), position=0.3), AddVertex(edge=(1, 4), position=0.3), Fold(edge=(5, 6), direction=1))
-    second = (AddVertex(edge=(2, 3), position=0.6), AddVertex(edge=(3, 4), position=0.4), Fold(edge=(7, 8), direction=-1))
+    first = (
+        AddVertex(edge=(1, 2), position=0.3),
+        AddVertex(edge=(1, 4), position=0.3),
+        Fold(edge=(5, 6), direction=1),
+    )
+    second = (
+        AddVertex(edge=(2, 3), position=0.6),
+        AddVertex(edge=(3, 4), position=0.4),
+        Fold(edge=(7, 8), direction=-1),
+    )
     truth, plan = explained((), (*first, *second), CLEAN)
     assert plan.action_class == "compound"
     assert exactness(truth, plan.paper).holds(0.02)
 
 
-@pytest.mark.parametrize("spoiling", [CLEAN, Spoiling(degrees=2.5), DRIFTED], ids=["still", "turned", "drifted"])
+@pytest.mark.parametrize(
+    "spoiling", [CLEAN, Spoiling(degrees=2.5), DRIFTED], ids=["still", "turned", "drifted"]
+)
 def test_folds_from_both_sides_are_found_though_no_side_of_the_sheet_stays(spoiling: Spoiling) -> None:
-    left = (AddVertex(edge=(1, 2), position=0.12), AddVertex(edge=(4, 3), position=0.12), Fold(edge=(5, 6), direction=-1))
-    right = (AddVertex(edge=(2, 5), position=0.2), AddVertex(edge=(3, 6), position=0.2), Fold(edge=(7, 8), direction=1))
+    left = (
+        AddVertex(edge=(1, 2), position=0.12),
+        AddVertex(edge=(4, 3), position=0.12),
+        Fold(edge=(5, 6), direction=-1),
+    )
+    right = (
+        AddVertex(edge=(2, 5), position=0.2),
+        AddVertex(edge=(3, 6), position=0.2),
+        Fold(edge=(7, 8), direction=1),
+    )
     truth, plan = explained((), (*left, *right), spoiling)
     assert plan.action_class == "compound"
     assert exactness(truth, plan.paper).holds(0.02)
@@ -93,7 +117,11 @@ def test_folds_from_both_sides_are_found_though_no_side_of_the_sheet_stays(spoil
 
 def test_borders_that_stay_hold_the_sheet_where_two_sides_are_folded_away() -> None:
     folded = replay(
-        (AddVertex(edge=(1, 2), position=0.2), AddVertex(edge=(4, 3), position=0.2), Fold(edge=(5, 6), direction=-1))
+        (
+            AddVertex(edge=(1, 2), position=0.2),
+            AddVertex(edge=(4, 3), position=0.2),
+            Fold(edge=(5, 6), direction=-1),
+        )
     )
     moved = Spoiling(shift=(0.01, 0.02), degrees=-2.0)
     motion = held(stack_of(new_paper()), views(folded, moved).fine, IDENTITY)
@@ -151,7 +179,9 @@ def test_layer_sets_are_closed_and_each_can_be_folded(seed: int) -> None:
 def turned_by(paper: Paper, folded: Paper) -> frozenset[int]:
     """Faces of a paper of which a part lies the other way up after a fold."""
     parent = {face: _holding(paper, folded, face) for face in folded.faces}
-    return frozenset(parent[face] for face in folded.faces if folded.back_up(face) != paper.back_up(parent[face]))
+    return frozenset(
+        parent[face] for face in folded.faces if folded.back_up(face) != paper.back_up(parent[face])
+    )
 
 
 def _holding(paper: Paper, folded: Paper, face: int) -> int:
@@ -167,7 +197,9 @@ def random_paper(random: Random, folds: int) -> Paper:
         (a, b), (c, d) = random.sample(sorted(paper.edge_faces), 2)
         fresh = max(paper.places) + 1
         try:
-            marked = apply(apply(paper, AddVertex(edge=(a, b), position=0.4)), AddVertex(edge=(c, d), position=0.7))
+            marked = apply(
+                apply(paper, AddVertex(edge=(a, b), position=0.4)), AddVertex(edge=(c, d), position=0.7)
+            )
             paper = apply(marked, Fold(edge=(fresh, fresh + 1), direction=random.choice((1, -1))))
         except ActionRefused:
             continue
@@ -176,7 +208,9 @@ def random_paper(random: Random, folds: int) -> Paper:
 
 def test_what_a_hand_hides_does_not_count() -> None:
     hidden = Spoiling(noise=0.01, hidden=(0.35, 0.75, 0.15))
-    truth, plan = explained(DIAGONAL, (AddVertex(edge=(4, 2), position=0.5), Fold(edge=(5, 1), direction=-1)), hidden)
+    truth, plan = explained(
+        DIAGONAL, (AddVertex(edge=(4, 2), position=0.5), Fold(edge=(5, 1), direction=-1)), hidden
+    )
     assert exactness(truth, plan.paper).holds(0.01)
 
 

@@ -31,7 +31,9 @@ def test_the_side_that_was_lifted_agrees_with_its_fold(right_part_lifted: Paper)
     assert min(other_side, turned_over, nothing) > truth + 0.1
 
 
-def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(right_part_lifted: Paper) -> None:
+def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
+    right_part_lifted: Paper,
+) -> None:
     shown = movement(see_sequence(film()), film().frame_count)
     assert shown is not None
     seen = watched(shown, IDENTITY)
@@ -49,4 +51,6 @@ def test_proposals_take_the_images_in_between_into_account(right_part_lifted: Pa
     found = halves()
     for action in best.actions:
         found = apply(found, action)
-    assert sorted(map(found.back_up, found.faces)) == sorted(map(right_part_lifted.back_up, right_part_lifted.faces))
+    assert sorted(map(found.back_up, found.faces)) == sorted(
+        map(right_part_lifted.back_up, right_part_lifted.faces)
+    )

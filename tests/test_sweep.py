@@ -11,7 +11,11 @@ SWEEP = ROOT / "benchmarks" / "sweep.py"
 
 def sweep(*options: str) -> dict[str, object]:
     done = subprocess.run(
-        [sys.executable, str(SWEEP), *options, "--jobs", "1"], capture_output=True, text=True, check=False, timeout=120
+        [sys.executable, str(SWEEP), *options, "--jobs", "1"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
     )
     found = json.loads(done.stdout)
     assert done.returncode == (1 if found["failures"] else 0)
@@ -24,7 +28,9 @@ def test_a_few_random_programs_stay_valid_and_repeat_exactly():
     assert first["programs"] == 15
     assert sum(first["refused"].values()) == round(first["refused_share"] * first["actions"])
     assert not any("would put the layers" in refusal for refusal in first["refused"])
-    assert {k: v for k, v in first.items() if k != "seconds"} == {k: v for k, v in second.items() if k != "seconds"}
+    assert {k: v for k, v in first.items() if k != "seconds"} == {
+        k: v for k, v in second.items() if k != "seconds"
+    }
 
 
 def test_what_fails_is_shortened_to_the_actions_it_takes(monkeypatch):

@@ -228,7 +228,9 @@ def test_faces_are_measured_where_the_edges_meet():
     wedge = shapely.Polygon([(0.0, 0.0), (1.0, 0.0), (1.0, 0.005)])
     square = shapely.box(0.0, 0.0, 1.0, 1.0)
     for start, thick in ((0.0, False), (0.9, True)):
-        stretch = common_stretch(np.array([(0.0, 0.0), (1.0, 0.0)]), np.array([(start + 0.05, 1e-5), (start, 0.0)]))
+        stretch = common_stretch(
+            np.array([(0.0, 0.0), (1.0, 0.0)]), np.array([(start + 0.05, 1e-5), (start, 0.0)])
+        )
         assert stretch == pytest.approx(np.array([(start, 0.0), (start + 0.05, 0.0)]))
         assert meet_across(np.array([wedge, square]), stretch, 5e-4) == thick
 

@@ -143,7 +143,9 @@ def test_a_photo_that_hides_the_paper_tells_nothing_and_says_so() -> None:
     seen.labels[:] = UNKNOWN
     match = compare(folded(), seen)
     assert match.verdict == "MISMATCH"
-    assert match.words == ["something hides 100% of the paper in the photo, so it tells nothing: look at another frame"]
+    assert match.words == [
+        "something hides 100% of the paper in the photo, so it tells nothing: look at another frame"
+    ]
     assert compare(folded(), seen_as(folded(), IDENTITY)).hidden == 0.0
 
 

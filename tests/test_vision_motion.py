@@ -1,6 +1,5 @@
 """The images between two photos tell which side of the paper moved, and hands in them are no motion."""
 
-
 from films import LOOK, film, halves
 from folding_server.simulator import fold
 from folding_server.simulator.paper import new_paper
@@ -14,8 +13,12 @@ from vision_scenes import PhotoList, paint
 def test_the_moving_side_changes_and_the_other_stays() -> None:
     found = movement(see_sequence(film()), 2)
     assert found is not None
-    places = found.before.grid.to_pixel([[x, y] for x in (0.1, 0.2) for y in (0.15, 0.85)]).round().astype(int)
-    moving = found.before.grid.to_pixel([[x, y] for x in (0.8, 0.95) for y in (0.15, 0.85)]).round().astype(int)
+    places = (
+        found.before.grid.to_pixel([[x, y] for x in (0.1, 0.2) for y in (0.15, 0.85)]).round().astype(int)
+    )
+    moving = (
+        found.before.grid.to_pixel([[x, y] for x in (0.8, 0.95) for y in (0.15, 0.85)]).round().astype(int)
+    )
     assert found.watched[places[:, 1], places[:, 0]].min() >= 3
     assert found.moved[places[:, 1], places[:, 0]].max() == 0
     assert found.moved[moving[:, 1], moving[:, 0]].min() > 0.5

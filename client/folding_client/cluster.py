@@ -94,7 +94,9 @@ async def _client(address: str) -> AsyncIterator["Client"]:
     try:
         from distributed import Client
     except ImportError as error:
-        message = "--dask needs Dask, which is not installed: run scripts/setup dask, or pip install distributed."
+        message = (
+            "--dask needs Dask, which is not installed: run scripts/setup dask, or pip install distributed."
+        )
         raise UsageError(message) from error
     client = Client(address, asynchronous=True, timeout=PATIENCE)
     try:

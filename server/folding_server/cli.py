@@ -146,7 +146,9 @@ def simulate(
     program: ProgramFile,
     state: Annotated[Path | None, _file("the final state as JSON")] = None,
     fold: Annotated[Path | None, _file("the final state as FOLD")] = None,
-    cp: Annotated[Path | None, _file("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")] = None,
+    cp: Annotated[
+        Path | None, _file("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
+    ] = None,
     svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
     png: Annotated[Path | None, _file("the diagram as PNG")] = None,
     every_step: Annotated[

@@ -53,7 +53,9 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
         for u, v in pairwise(passed):
             if u != v:
                 edge = (min(u, v), max(u, v))
-                letters[edge] = stronger(letters.get(edge, line.letter), line.letter, vertices[u], vertices[v])
+                letters[edge] = stronger(
+                    letters.get(edge, line.letter), line.letter, vertices[u], vertices[v]
+                )
     kept = _within_outline(vertices, letters, near)
     return CreasePattern(*_without_idle(vertices, list(kept)), tuple(kept.values()))
 
@@ -125,7 +127,9 @@ def _within_outline(
     vertices: Sequence[Point], letters: Mapping[Edge, Letter], near: float
 ) -> dict[Edge, Letter]:
     """The edges without the marks that lie outside the sheet, where there is an outline."""
-    outline = [shapely.LineString([vertices[u], vertices[v]]) for (u, v), letter in letters.items() if letter == "B"]
+    outline = [
+        shapely.LineString([vertices[u], vertices[v]]) for (u, v), letter in letters.items() if letter == "B"
+    ]
     sheet = shapely.union_all(shapely.get_parts(shapely.polygonize(outline)))
     if sheet.is_empty:
         return dict(letters)
@@ -138,7 +142,9 @@ def _within_outline(
     }
 
 
-def _without_idle(vertices: Sequence[Point], edges: Sequence[Edge]) -> tuple[tuple[Point, ...], tuple[Edge, ...]]:
+def _without_idle(
+    vertices: Sequence[Point], edges: Sequence[Edge]
+) -> tuple[tuple[Point, ...], tuple[Edge, ...]]:
     """The vertices that edges use, and the edges by their new numbers."""
     used = sorted({v for edge in edges for v in edge})
     number = {v: i for i, v in enumerate(used)}

@@ -197,9 +197,7 @@ def _is_mesh(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter
 
 def _drawn(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter, ...]) -> CreasePattern:
     """The pattern that edges draw which meet outside their vertices: vertices are numbered anew."""
-    lines = [
-        DrawnLine(points[u], points[v], letter) for (u, v), letter in zip(edges, letters, strict=True)
-    ]
+    lines = [DrawnLine(points[u], points[v], letter) for (u, v), letter in zip(edges, letters, strict=True)]
     pattern = arranged(lines)
     faces = boundary_cycles(pattern.vertices, pattern.edges, ())
     return replace(pattern, faces=faces, letters=_with_boundary(pattern.edges, pattern.letters, faces))

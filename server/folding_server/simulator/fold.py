@@ -55,7 +55,9 @@ def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
     """The line through two vertices with its normal to the side that moves; ActionRefused if there is none."""
     known_vertices(paper, edge)
     if direction not in (1, -1):
-        raise ActionRefused(f"Direction {direction!r} is unknown; give +1 (upper or right side moves) or -1 (the other).")
+        raise ActionRefused(
+            f"Direction {direction!r} is unknown; give +1 (upper or right side moves) or -1 (the other)."
+        )
     u, v = edge
     p, q = paper.positions[u], paper.positions[v]
     dx, dy = q[0] - p[0], q[1] - p[1]

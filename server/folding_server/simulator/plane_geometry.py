@@ -75,9 +75,7 @@ def line_through(p: Point, q: Point) -> Line:
 def mirror(line: Line) -> Isometry:
     """Reflection across a line."""
     nx, ny, k = line
-    return Isometry(
-        1 - 2 * nx * nx, -2 * nx * ny, -2 * nx * ny, 1 - 2 * ny * ny, 2 * k * nx, 2 * k * ny
-    )
+    return Isometry(1 - 2 * nx * nx, -2 * nx * ny, -2 * nx * ny, 1 - 2 * ny * ny, 2 * k * nx, 2 * k * ny)
 
 
 def turn(degrees: float, center: Point) -> Isometry:

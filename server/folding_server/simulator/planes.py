@@ -94,7 +94,9 @@ def _unwoven(groups: list[list[int]], pairs: list[tuple[int, int]]) -> list[list
 
     graph = _lies_over(groups, pairs)
     woven = {i for part in nx.strongly_connected_components(graph) if len(part) > 1 for i in part}
-    return [part for i, group in enumerate(groups) for part in ([[f] for f in group] if i in woven else [group])]
+    return [
+        part for i, group in enumerate(groups) for part in ([[f] for f in group] if i in woven else [group])
+    ]
 
 
 def plane_index(groups: list[list[int]]) -> Mapping[int, int]:

@@ -42,6 +42,4 @@ Degrees = Annotated[
 ]
 Axis = Annotated[FlipAxis, Field(description="one of x, y, y=x and y=-x")]
 Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1")]
-LaterFrame = Annotated[
-    int, Field(ge=2, description="the later keyframe's number, from 2")
-]
+LaterFrame = Annotated[int, Field(ge=2, description="the later keyframe's number, from 2")]

@@ -60,7 +60,9 @@ def align_paper(paper: Paper, scene: Scene, scales: tuple[float, float] = FIXED)
     best = max((fine.polished(start) for start in _distinct(begun)), key=fine.value)
     best = fine.polished(fine.climbed(best, 0.01, 3))
     motion = fine.motion(best)
-    return Alignment(motion, fine.agreement(motion), (best[0], best[1], best[2]), scale_of(motion), stack.center)
+    return Alignment(
+        motion, fine.agreement(motion), (best[0], best[1], best[2]), scale_of(motion), stack.center
+    )
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,9 @@ class _Search:
         """A start after descents on the blurred picture."""
         pixel = 1.0 / self.scene.grid.pixels_per_unit
         steps = (pixel, pixel, 100 * pixel, 2 * pixel)
-        return self.limited(polished(self.drawn, self._agreement, self.scene, start, self._agreement(start), steps)[0])
+        return self.limited(
+            polished(self.drawn, self._agreement, self.scene, start, self._agreement(start), steps)[0]
+        )
 
     def _agreement(self, nudge: Vector) -> float:
         return self.scene.agreement_of(self.drawn(nudge))

@@ -28,7 +28,9 @@ def linear_to_lab(linear: npt.NDArray[np.floating]) -> Image:
     """Lab of linear light (..., 3), same shape."""
     c = np.clip(linear, 0.0, 1.0)
     coded = np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055).astype(np.float32)
-    return np.asarray(cv2.cvtColor(coded.reshape(-1, 1, 3), cv2.COLOR_RGB2LAB), np.float32).reshape(coded.shape)
+    return np.asarray(cv2.cvtColor(coded.reshape(-1, 1, 3), cv2.COLOR_RGB2LAB), np.float32).reshape(
+        coded.shape
+    )
 
 
 def lab_to_linear(lab: Image) -> Image:

@@ -92,13 +92,17 @@ def _odd(view: View) -> Bools:
     odd = (least > UNEXPLAINED) & (view.strange > STRANGE)
     odd |= (least > SKIN_UNEXPLAINED) & (view.strange > SKIN_STRANGE) & skin(view.rgb)
     if view.recalled is not None:
-        changed = view.recalled.known & (least > CHANGED) & (cv2.medianBlur(view.strange, 5) > CHANGED_STRANGE)
+        changed = (
+            view.recalled.known & (least > CHANGED) & (cv2.medianBlur(view.strange, 5) > CHANGED_STRANGE)
+        )
         broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_CHANGE, view.grid))
         odd |= (broad > 0) | _arms(view, view.recalled)
     like_paper = view.costs.argmin(axis=-1) > 0
     plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
     doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)
-    arms = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_UNKNOWN, view.grid))
+    arms = cv2.morphologyEx(
+        (doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_UNKNOWN, view.grid)
+    )
     return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
 
 
@@ -129,7 +133,9 @@ def _alike(view: View, core: Bools) -> Bools:
     classes = [_normaliser(look.surfaces[0].covariance) for look in view.palette.looks]
     others = (view.costs + np.array(classes, np.float32)).min(axis=-1)
     lead = cv2.blur((others - own).clip(-10, 10), (5, 5))
-    alike = cv2.morphologyEx((lead > LEAD).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_FINGER, view.grid))
+    alike = cv2.morphologyEx(
+        (lead > LEAD).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_FINGER, view.grid)
+    )
     _, numbered = cv2.connectedComponents(alike | core.astype(np.uint8))
     return np.asarray((alike > 0) & np.isin(numbered, np.unique(numbered[core])))
 
@@ -182,5 +188,3 @@ def touching_edge(mask: Bools, seen: Bools) -> Bools:
     _, numbered = cv2.connectedComponents(thick)
     reaching = np.unique(numbered[rim & (thick > 0)])
     return np.asarray(np.isin(numbered, reaching[reaching > 0]))
-
-

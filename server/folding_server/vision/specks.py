@@ -116,9 +116,7 @@ def _believed(
     return np.asarray([i for i in small if total[i] >= needed[i]], np.int32)
 
 
-def _gains(
-    rows: Ints, cols: Ints, near: Bools, value: int, evidence: Evidence, least: float = 0.0
-) -> Image:
+def _gains(rows: Ints, cols: Ints, near: Bools, value: int, evidence: Evidence, least: float = 0.0) -> Image:
     """By how many nats each pixel (N,) is better explained with a class than by the others near it (N, 3).
 
     ``least`` is the least share of the pixel that the class must have.

@@ -97,7 +97,9 @@ def recall(memory: TableMemory, lab: Image, seen: Bools, grid: Grid, table: Look
     moved = np.roll(memory.lab, shift, axis=(0, 1)) + light.on(*coordinates(grid))
     expected = np.clip(lab, cv2.erode(moved, np.ones((3, 3))), cv2.dilate(moved, np.ones((3, 3))))
     rest = own - expected[sample]
-    left, smooth = (float(np.median(np.linalg.norm(r, axis=1))) for r in (rest, own - table.surfaces[0].at(xs, ys)))
+    left, smooth = (
+        float(np.median(np.linalg.norm(r, axis=1))) for r in (rest, own - table.surfaces[0].at(xs, ys))
+    )
     if left > BETTER * smooth:
         return None
     usual = np.linalg.norm(rest, axis=1) < 3 * max(left, 1.0)

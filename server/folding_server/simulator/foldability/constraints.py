@@ -41,7 +41,8 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     cover = cells(outlines, tolerance)
     builder = _Builder(flat, pairs, np.flatnonzero(shapely.is_empty(shrunk(outlines, tolerance / 2))))
     return Conditions(
-        len(outlines), pairs,
+        len(outlines),
+        pairs,
         tuple(builder.known()),
         frozenset(builder.equal(tolerance, outlines)),
         frozenset(builder.even),
@@ -79,7 +80,9 @@ class _Builder:
         """What the letters say of faces that overlap."""
         return (pair for pair in lettered(self.flat) if self.overlap(pair))
 
-    def equal(self, tolerance: float, outlines: "np.typing.NDArray[np.object_]") -> Iterator[tuple[Pair, Pair]]:
+    def equal(
+        self, tolerance: float, outlines: "np.typing.NDArray[np.object_]"
+    ) -> Iterator[tuple[Pair, Pair]]:
         """Equations between two statements."""
         if not self.flat.creases:
             return

@@ -91,9 +91,7 @@ def _reduced(classes: _Classes, statements: Iterable[Pair]) -> tuple[tuple[Pair,
     return tuple(sorted(root for root, times in count.items() if times % 2)), odd
 
 
-def _numbered(
-    classes: _Classes, pairs: list[Pair], rows: list[tuple[tuple[Pair, ...], bool]]
-) -> Equations:
+def _numbered(classes: _Classes, pairs: list[Pair], rows: list[tuple[tuple[Pair, ...], bool]]) -> Equations:
     """The classes by number, in the order of their first pair."""
     numbers: dict[Pair, int] = {}
     class_of: dict[Pair, tuple[int, bool]] = {}

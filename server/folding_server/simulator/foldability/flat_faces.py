@@ -63,15 +63,20 @@ class FlatFaces:
     @cached_property
     def sides(self) -> NDArray[np.int_]:
         """(m, 2): on which side of its folded segment each of a crease's faces lies, 1 left and -1 right of it."""
-        return np.array([[-1 if self.mirrored[c.left] else 1, 1 if self.mirrored[c.right] else -1]
-                         for c in self.creases], int).reshape(-1, 2)
+        return np.array(
+            [[-1 if self.mirrored[c.left] else 1, 1 if self.mirrored[c.right] else -1] for c in self.creases],
+            int,
+        ).reshape(-1, 2)
 
 
 def creases_of(pattern: CreasePattern) -> list[Crease]:
     """The edges that join two faces; a boundary edge between two is a cut and joins nothing."""
     beside = edge_faces(pattern.cycles)
-    leaves = {(u, v): face for face, cycle in enumerate(pattern.cycles)
-              for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True)}
+    leaves = {
+        (u, v): face
+        for face, cycle in enumerate(pattern.cycles)
+        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True)
+    }
     found = []
     for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
         joins = len(set(beside.get((min(u, v), max(u, v)), ()))) == 2 and letter != "B"
@@ -88,7 +93,9 @@ def lay_flat(pattern: CreasePattern) -> FlatFaces:
     reached, odd = _motions(points, len(pattern.cycles), creases)
     loose = next((face for face in range(len(pattern.cycles)) if face not in reached), None)
     motions = [reached.get(face, np.eye(2, 3)) for face in range(len(pattern.cycles))]
-    outlines = [points[list(cycle)] @ m[:, :2].T + m[:, 2] for cycle, m in zip(pattern.cycles, motions, strict=True)]
+    outlines = [
+        points[list(cycle)] @ m[:, :2].T + m[:, 2] for cycle, m in zip(pattern.cycles, motions, strict=True)
+    ]
     spread, worst = _spread(pattern, outlines)
     mirrored = [bool(np.linalg.det(m[:, :2]) < 0) for m in motions]
     return FlatFaces(pattern, creases, outlines, mirrored, spread, worst, odd, list(reached), loose)

@@ -48,7 +48,10 @@ def _add_triples(model: cp_model.CpModel, variables: dict[int, cp_model.IntVar],
 
 
 def _forbid(
-    model: cp_model.CpModel, variables: dict[int, cp_model.IntVar], orders: Orders, circle: tuple[tuple[int, int], ...]
+    model: cp_model.CpModel,
+    variables: dict[int, cp_model.IntVar],
+    orders: Orders,
+    circle: tuple[tuple[int, int], ...],
 ) -> None:
     """Not all statements of a circle hold."""
     clause = []

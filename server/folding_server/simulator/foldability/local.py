@@ -54,10 +54,13 @@ def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> I
     if not folded:
         return
     if len(folded) % 2:
-        yield LocalViolation(pattern.name(vertex), "Maekawa", f"An odd number of creases, {len(folded)}, meet here.")
+        yield LocalViolation(
+            pattern.name(vertex), "Maekawa", f"An odd number of creases, {len(folded)}, meet here."
+        )
     elif not any(abs(mountains + k - valleys - (free - k)) == 2 for k in range(free + 1)):
         yield LocalViolation(
-            pattern.name(vertex), "Maekawa",
+            pattern.name(vertex),
+            "Maekawa",
             f"{mountains} mountains and {valleys} valleys meet here; they must differ by two.",
         )
 
@@ -74,7 +77,8 @@ def _kawasaki(
     error = abs(sum(gaps[::2]) - pi)
     if error > ANGLE + place / min(hypot(u - x, v - y) for u, v in ends):
         yield LocalViolation(
-            pattern.name(vertex), "Kawasaki",
+            pattern.name(vertex),
+            "Kawasaki",
             f"Alternate angles add up to {sum(gaps[::2]) * 180 / pi:.4g} and {sum(gaps[1::2]) * 180 / pi:.4g} degrees; "
             "both must be 180.",
         )

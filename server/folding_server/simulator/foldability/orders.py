@@ -27,8 +27,10 @@ class Orders:
             self.touching[i] |= 1 << j
             self.touching[j] |= 1 << i
         self.over, self.under = [0] * conditions.faces, [0] * conditions.faces
-        self.turn = [min(sorted((conditions.reached[x], conditions.reached[y]), reverse=True) for x, y in members)
-                     for members in self.equations.members]
+        self.turn = [
+            min(sorted((conditions.reached[x], conditions.reached[y]), reverse=True) for x, y in members)
+            for members in self.equations.members
+        ]
         self.value: list[bool | None] = [None] * len(self.equations.members)
         self.trail: list[int] = []
         given = [self.equations.literal(x, y) for x, y in conditions.known]

@@ -12,7 +12,9 @@ Edge = tuple[int, int]
 Cycle = tuple[int, ...]
 
 
-def boundary_cycles(vertices: Sequence[Point], edges: Sequence[Edge], faces: Sequence[Cycle]) -> tuple[Cycle, ...]:
+def boundary_cycles(
+    vertices: Sequence[Point], edges: Sequence[Edge], faces: Sequence[Cycle]
+) -> tuple[Cycle, ...]:
     """The faces given, or else those the edges enclose, each counter-clockwise."""
     if faces:
         return tuple(cycle if twice_area(vertices, cycle) > 0 else cycle[::-1] for cycle in faces)

@@ -100,8 +100,10 @@ def _does_not_close(flat: FlatFaces) -> Iterator[str]:
     if flat.odd is not None:
         yield f"Around vertex {flat.pattern.name(flat.odd)} an odd number of creases is folded, so faces meet wrong side up."
     if flat.spread > CLOSING:
-        yield (f"The faces do not close up: folded, they are {flat.spread:.3g} of the sheet's side apart at vertex "
-               f"{flat.pattern.name(flat.worst)} (allowed {CLOSING:g}).")
+        yield (
+            f"The faces do not close up: folded, they are {flat.spread:.3g} of the sheet's side apart at vertex "
+            f"{flat.pattern.name(flat.worst)} (allowed {CLOSING:g})."
+        )
 
 
 def tolerances(flat: FlatFaces) -> Sequence[float]:
@@ -126,9 +128,12 @@ def _layered(flat: FlatFaces, cap: int) -> FoldabilityReport:
             orders.undo(decided)
             states, capped = count_orders(orders, cap)
             count = f"{'at least ' if capped else ''}{states} layer order{'s' * (states > 1)}"
-            return FoldabilityReport(True, f"The pattern folds flat: {count}.", (), states, capped, lying,
-                                     _stack(flat, lying))
-    return FoldabilityReport(foldable=False, reason="Every vertex folds flat, but no order of the layers avoids crossings.")
+            return FoldabilityReport(
+                True, f"The pattern folds flat: {count}.", (), states, capped, lying, _stack(flat, lying)
+            )
+    return FoldabilityReport(
+        foldable=False, reason="Every vertex folds flat, but no order of the layers avoids crossings."
+    )
 
 
 def _stack(flat: FlatFaces, lying: Sequence[Pair]) -> tuple[int, ...] | None:

@@ -69,7 +69,9 @@ def along(segments: Floats, tolerance: float) -> tuple[Ints, NDArray[np.int_]]:
 
 def common_stretch(first: Floats, second: Floats) -> Floats:
     """The part (2, 2) of the longer of two edges, each (2, 2), beside which the shorter one runs."""
-    long, short = (first, second) if np.ptp(first, axis=0).max() >= np.ptp(second, axis=0).max() else (second, first)
+    long, short = (
+        (first, second) if np.ptp(first, axis=0).max() >= np.ptp(second, axis=0).max() else (second, first)
+    )
     run = long[1] - long[0]
     reach = np.clip((short - long[0]) @ run / (run @ run), 0, 1)
     stretch: Floats = long[0] + np.sort(reach)[:, None] * run

@@ -18,7 +18,9 @@ def isometry_violations(paper: Paper) -> Iterator[Violation]:
         a, b, c, d, _, _ = motion
         error = np.abs(np.array([a * a + c * c - 1, b * b + d * d - 1, a * b + c * d])).max()
         if not (np.isfinite(motion).all() and error <= EXACT):
-            yield Violation("isometry", f"Face {face} is stretched: its motion is off by {error:.3g}.", (face,))
+            yield Violation(
+                "isometry", f"Face {face} is stretched: its motion is off by {error:.3g}.", (face,)
+            )
 
 
 def agreement_violations(sheet: Measured) -> Iterator[Violation]:
@@ -28,8 +30,12 @@ def agreement_violations(sheet: Measured) -> Iterator[Violation]:
         spread = hypot(*np.ptp(places, axis=0))
         if spread > SLACK:
             faces = tuple(face for face, _ in corners)
-            yield Violation("agreement", f"Faces {listed(faces)} disagree by {spread:.3g} on vertex {vertex}.",
-                            faces, vertices=(vertex,))
+            yield Violation(
+                "agreement",
+                f"Faces {listed(faces)} disagree by {spread:.3g} on vertex {vertex}.",
+                faces,
+                vertices=(vertex,),
+            )
 
 
 def letter_violations(sheet: Measured) -> Iterator[Violation]:
@@ -41,8 +47,12 @@ def letter_violations(sheet: Measured) -> Iterator[Violation]:
     for edge in sheet.edges:
         expected = letter(sheet, edge)
         if given.get(edge) != expected:
-            yield Violation("letter", f"Edge {edge[0]}-{edge[1]} is called {given.get(edge)}; the stack makes it "
-                            f"{expected}.", sheet.edges[edge], (edge,))
+            yield Violation(
+                "letter",
+                f"Edge {edge[0]}-{edge[1]} is called {given.get(edge)}; the stack makes it {expected}.",
+                sheet.edges[edge],
+                (edge,),
+            )
     yield from _parity_violations(sheet, given)
 
 
@@ -74,8 +84,13 @@ def _parity_violations(sheet: Measured, letters: dict[EdgeKey, str]) -> Iterator
                 parity[other] = reached
                 queue.append(other)
             if parity[other] != reached or reached != sheet.mirrored[other]:
-                yield Violation("parity", f"Face {other} shows the wrong side for the creases that lead to it over "
-                                f"edge {edge[0]}-{edge[1]}.", (face, other), (edge,))
+                yield Violation(
+                    "parity",
+                    f"Face {other} shows the wrong side for the creases that lead to it over "
+                    f"edge {edge[0]}-{edge[1]}.",
+                    (face, other),
+                    (edge,),
+                )
     if len(parity) < len(beside):
         lost = tuple(sorted(set(beside) - set(parity)))
         yield Violation("parity", f"No path leads to faces {listed(lost)}.", lost)
@@ -94,8 +109,13 @@ def vertex_violations(sheet: Measured) -> Iterator[Violation]:
         mountains = sum(letter(sheet, edge) == "M" for edge in creases)
         difference = 2 * mountains - len(creases)
         if creases and abs(difference) != 2:
-            yield Violation("Maekawa", f"Vertex {vertex} has {mountains} mountains and {len(creases) - mountains} "
-                            "valleys; they must differ by two.", edges=tuple(creases), vertices=(vertex,))
+            yield Violation(
+                "Maekawa",
+                f"Vertex {vertex} has {mountains} mountains and {len(creases) - mountains} "
+                "valleys; they must differ by two.",
+                edges=tuple(creases),
+                vertices=(vertex,),
+            )
         yield from _kawasaki_violations(sheet, vertex, creases)
 
 
@@ -110,5 +130,9 @@ def _kawasaki_violations(sheet: Measured, vertex: int, creases: list[EdgeKey]) -
     allowed = EXACT + len(creases) * TILT / min(hypot(u - x, v - y) for u, v in arms)
     error = abs(float(angles[::2].sum()) - pi)
     if len(creases) % 2 or error > allowed:
-        yield Violation("Kawasaki", f"The alternate angles at vertex {vertex} are off half a turn by {error:.3g}.",
-                        edges=tuple(creases), vertices=(vertex,))
+        yield Violation(
+            "Kawasaki",
+            f"The alternate angles at vertex {vertex} are off half a turn by {error:.3g}.",
+            edges=tuple(creases),
+            vertices=(vertex,),
+        )

@@ -78,9 +78,15 @@ def stack_of(sheet: Measured, slack: float) -> Stack:
     run, arm = own[:, :, 1] - own[:, :, 0], centers[beside] - own[:, :, 0]
     side = np.sign(run[..., 0] * arm[..., 1] - run[..., 1] * arm[..., 0])
     return Stack(
-        faces, sheet.inner, np.array([sheet.rank[face] for face in faces]),
+        faces,
+        sheet.inner,
+        np.array([sheet.rank[face] for face in faces]),
         np.array([shapely.Polygon(sheet.folded[face]) for face in faces]),
-        beside, own[:, 0], side, np.array([sheet.turned(edge) for edge in sheet.inner], bool), slack,
+        beside,
+        own[:, 0],
+        side,
+        np.array([sheet.turned(edge) for edge in sheet.inner], bool),
+        slack,
     )
 
 
@@ -108,7 +114,9 @@ def _through_faces(stack: Stack) -> Iterator[Violation]:
     """Edges that run through the inside of a face: a fold must not enclose it, flat neighbours lie on one side."""
     edge, face = through(stack.segments, stack.outlines, stack.slack)
     first, second = stack.beside[edge].T
-    apart = (first != face) & (second != face) & stack.overlapping[first, face] & stack.overlapping[second, face]
+    apart = (
+        (first != face) & (second != face) & stack.overlapping[first, face] & stack.overlapping[second, face]
+    )
     between = (stack.rank[first] < stack.rank[face]) != (stack.rank[second] < stack.rank[face])
     for i in np.flatnonzero(apart & between):
         if not _has_room(stack, edge[i], face[i]):
@@ -142,7 +150,9 @@ def _along_creases(stack: Stack) -> Iterator[Violation]:
             yield from _tortilla_tortilla(stack, i, j, way)
 
 
-def _crossing(stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str) -> Violation:
+def _crossing(
+    stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str
+) -> Violation:
     ids = tuple(stack.faces[f] for f in faces)
     names = tuple(stack.edges[e] for e in edges)
     where = listed(f"{u}-{v}" for u, v in names)

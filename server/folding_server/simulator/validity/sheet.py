@@ -24,7 +24,9 @@ def record_violations(paper: Paper) -> Iterator[Violation]:
         yield Violation("record", f"Faces {listed(odd)} are not both faces and moved by a motion.", odd)
     if Counter(paper.order) != Counter(paper.faces.keys()):
         odd = tuple(sorted(set(paper.order) ^ set(paper.faces)))
-        yield Violation("record", f"The stack does not list every face once; look at faces {listed(odd)}.", odd)
+        yield Violation(
+            "record", f"The stack does not list every face once; look at faces {listed(odd)}.", odd
+        )
     idle = tuple(sorted(set(paper.places) - {v for cycle in paper.faces.values() for v in cycle}))
     if idle:
         yield Violation("record", f"Vertices {listed(idle)} are on no face.", vertices=idle)
@@ -36,7 +38,9 @@ def area_violations(sheet: Measured) -> Iterator[Violation]:
     way = np.sign(sum(areas.values()))
     for face, area in areas.items():
         if way * area <= 0:
-            yield Violation("area", f"Face {face} has no area or runs the wrong way round ({area:.3g}).", (face,))
+            yield Violation(
+                "area", f"Face {face} has no area or runs the wrong way round ({area:.3g}).", (face,)
+            )
         if _deepest_dent(sheet.flat[face] * [way, 1.0]) > EXACT:
             yield Violation("area", f"Face {face} is not convex.", (face,))
     width, height = sheet.paper.sheet
@@ -64,8 +68,9 @@ def tiling_violations(sheet: Measured) -> Iterator[Violation]:
         for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
             if (u, v) in way:
                 faces = (way[u, v], face)
-                yield Violation("tiling", f"Faces {listed(faces)} lie on the same side of edge {u}-{v}.",
-                                faces, ((u, v),))
+                yield Violation(
+                    "tiling", f"Faces {listed(faces)} lie on the same side of edge {u}-{v}.", faces, ((u, v),)
+                )
             way[u, v] = face
     yield from _outline_violations(sheet)
 
@@ -79,8 +84,12 @@ def _outline_violations(sheet: Measured) -> Iterator[Violation]:
     away = shapely.distance(shapely.points(probes), outline).max(axis=1)
     for index in np.flatnonzero(away > EXACT):
         edge = single[index]
-        yield Violation("tiling", f"Edge {edge[0]}-{edge[1]} has one face but is not on the sheet's outline.",
-                        sheet.edges[edge], (edge,))
+        yield Violation(
+            "tiling",
+            f"Edge {edge[0]}-{edge[1]} has one face but is not on the sheet's outline.",
+            sheet.edges[edge],
+            (edge,),
+        )
     length = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum())
     if abs(length - 2 * (width + height)) > EXACT:
         yield Violation("tiling", f"The outline is {length:.9f} long instead of {2 * (width + height):.9f}.")
@@ -90,13 +99,18 @@ def planar_violations(sheet: Measured) -> Iterator[Violation]:
     """Whether edges of the crease pattern meet in common vertices only, and at most two faces share an edge."""
     for edge, beside in sheet.edges.items():
         if len(beside) > 2:
-            yield Violation("planar", f"Edge {edge[0]}-{edge[1]} lies between {len(beside)} faces.", beside, (edge,))
+            yield Violation(
+                "planar", f"Edge {edge[0]}-{edge[1]} lies between {len(beside)} faces.", beside, (edge,)
+            )
     edges = list(sheet.edges)
     segments = shapely.linestrings([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in edges])
     for first, second in shapely.STRtree(segments).query(segments, predicate="intersects").T:
         if first < second and not set(edges[first]) & set(edges[second]):
-            yield Violation("planar", f"Edges {edges[first]} and {edges[second]} meet outside their vertices.",
-                            edges=(edges[first], edges[second]))
+            yield Violation(
+                "planar",
+                f"Edges {edges[first]} and {edges[second]} meet outside their vertices.",
+                edges=(edges[first], edges[second]),
+            )
     parts = len(sheet.corners) - len(edges) + len(sheet.paper.faces)
     if parts != 1:
         yield Violation("planar", f"The crease pattern is not one disc: vertices - edges + faces is {parts}.")

@@ -5,8 +5,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal[
-    "record", "isometry", "area", "planar", "tiling", "agreement", "parity", "letter",
-    "Maekawa", "Kawasaki", "taco-taco", "taco-tortilla", "tortilla-tortilla",
+    "record",
+    "isometry",
+    "area",
+    "planar",
+    "tiling",
+    "agreement",
+    "parity",
+    "letter",
+    "Maekawa",
+    "Kawasaki",
+    "taco-taco",
+    "taco-tortilla",
+    "tortilla-tortilla",
 ]
 """The condition that fails; the last three are crossings of layers."""
 

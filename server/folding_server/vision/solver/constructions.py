@@ -26,7 +26,9 @@ def constructions(paper: Paper, line: Line, middle: Point) -> Lines:
     return np.array(rows) if rows else np.empty((0, 3))
 
 
-def _in_direction(edges: Lines, points: Floats, line: Line, middle: Point) -> list[tuple[float, float, float]]:
+def _in_direction(
+    edges: Lines, points: Floats, line: Line, middle: Point
+) -> list[tuple[float, float, float]]:
     """Lines that make one edge parallel to another and pass a vertex or take a vertex onto an edge."""
     rows = []
     for angle in _directions(edges, line):

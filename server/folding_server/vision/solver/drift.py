@@ -65,7 +65,9 @@ HANDHELD = Range(turn=16, turn_step=2, shift=0.25, stride=2, scales=(0.88, 0.94,
 """What a camera held in the hand may do between two photos."""
 
 
-def drifts(stack: Stack, scene: Scene, last: Isometry, reach: Range = Range(), keep: int = 2) -> list[Isometry]:
+def drifts(
+    stack: Stack, scene: Scene, last: Isometry, reach: Range = Range(), keep: int = 2
+) -> list[Isometry]:
     """Motions near ``last`` under which a stack has the most edges in common with a photo, best first.
 
     Several that differ for each scale: edges that meet in one corner fit at any scale, and what was folded decides.
@@ -81,7 +83,9 @@ def drifts(stack: Stack, scene: Scene, last: Isometry, reach: Range = Range(), k
     kept: list[tuple[float, ...]] = []
     for row in tried:
         rivals = [k for k in kept if k[4] == row[4]]
-        differs = all(abs(row[3] - k[3]) > 2.5 or np.hypot(row[1] - k[1], row[2] - k[2]) > 0.04 for k in rivals)
+        differs = all(
+            abs(row[3] - k[3]) > 2.5 or np.hypot(row[1] - k[1], row[2] - k[2]) > 0.04 for k in rivals
+        )
         if len(rivals) < keep and differs:
             kept.append(row)
     return [nudged(last, stack.center, (k[1], k[2], k[3], log(k[4]))) for k in kept]
@@ -95,7 +99,11 @@ def _nearness(edges: Edges, scene: Scene, cut_off: float) -> Image:
         same = np.isin((edges.bins - b) % BINS, (0, 1, BINS - 1))
         cols, rows = edges.points[same].astype(int).T
         empty[rows, cols] = 0
-        distance = cv2.distanceTransform(empty, cv2.DIST_L2, 3) if same.any() else np.full(empty.shape, 99, np.float32)
+        distance = (
+            cv2.distanceTransform(empty, cv2.DIST_L2, 3)
+            if same.any()
+            else np.full(empty.shape, 99, np.float32)
+        )
         maps.append(np.clip(1 - distance / cut_off, 0, 1))
     return np.stack(maps)
 

@@ -129,7 +129,9 @@ class FoldSearch:
             for row in self._plausible(change):
                 for moving in self.leaves.moving_sets(as_line(row)):
                     drawn = change.scene.draw(self.leaves.folded(moving), change.motion)
-                    found.append(FoldFound(moving, change.motion, self._worth(change.scene, drawn, change.motion)))
+                    found.append(
+                        FoldFound(moving, change.motion, self._worth(change.scene, drawn, change.motion))
+                    )
         return _different(_best_first(found))[: self.effort.refined]
 
     def _plausible(self, change: Evidence) -> Lines:
@@ -158,7 +160,11 @@ class FoldSearch:
             return self._worth(scene, drawn(x), nudged(found.motion, pivot, x[2:]))
 
         step = 2.0 / scene.grid.pixels_per_unit
-        steps = (step, step, 0.0, 0.0, 0.0, 0.0) if self.effort.partial else (step, step, step / 2, step / 2, 1.5, 0.02)
+        steps = (
+            (step, step, 0.0, 0.0, 0.0, 0.0)
+            if self.effort.partial
+            else (step, step, step / 2, step / 2, 1.5, 0.02)
+        )
         x, best = climb(value, (0.0,) * 6, steps, halvings - 1)
         if not self.effort.partial:
             fine_steps = (step / 2, step / 2, step / 2, step / 2, 50 * step, step)
@@ -169,7 +175,10 @@ class FoldSearch:
     def snapped(self, found: FoldFound) -> list[FoldFound]:
         """The line the photo cannot tell from ``found`` that is simplest, with each set of layers it can turn."""
         exact = [self._settled(found, Family(line)) for line in self._landmarks_near(found)]
-        bound = [self._settled(found, family) for family in (*self._through_vertices(found), *self._parallels(found))]
+        bound = [
+            self._settled(found, family)
+            for family in (*self._through_vertices(found), *self._parallels(found))
+        ]
         allowed = max(f.agreement for f in (found, *exact, *bound))
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found

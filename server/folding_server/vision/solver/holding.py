@@ -56,7 +56,9 @@ def _maps(labels: Labels, known: Mask) -> Iterator[Image]:
         yield cv2.GaussianBlur((mask & known).astype(np.float32), (0, 0), _BLUR)
 
 
-def _pulls(drawn: Image, photo: Image, scene: Scene, reach: float, pivot: Point) -> Iterator[tuple[float, ...]]:
+def _pulls(
+    drawn: Image, photo: Image, scene: Scene, reach: float, pivot: Point
+) -> Iterator[tuple[float, ...]]:
     """For each point that finds its border: how a shift (dx, dy) and a clockwise turn move it along its normal, and
     how far it has to go, in sheet units.
     """
@@ -73,7 +75,9 @@ def _border(image: Image, known: Mask) -> Border:
     """Points spread over the border in a map, away from what is unknown."""
     inside = image >= 0.5
     rim = inside & (cv2.erode(inside.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    rows, cols = spread_over(rim & (cv2.erode(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0), _POINTS)
+    rows, cols = spread_over(
+        rim & (cv2.erode(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0), _POINTS
+    )
     gx, gy = cv2.Sobel(image, cv2.CV_32F, 1, 0), cv2.Sobel(image, cv2.CV_32F, 0, 1)
     normals = np.stack([gx, gy], axis=-1)[rows, cols].astype(np.float64)
     lengths = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)

@@ -76,7 +76,9 @@ class TwoFolds:
         if moving is None or turned is None:
             return None
         motion = self._motion(x)
-        return FoldMade(FoldFound(moving, motion, 0.0), *made[0]), replace(later, moving=turned, motion=motion)
+        return FoldMade(FoldFound(moving, motion, 0.0), *made[0]), replace(
+            later, moving=turned, motion=motion
+        )
 
     def _motion(self, x: Vector) -> Isometry:
         return nudged(self.second.motion, self._center, x[4:])

@@ -61,7 +61,9 @@ def _side_middles(paper: Paper) -> Floats:
     """The folded middles of the sides of the sheet and of what earlier vertices left of them, (n, 2)."""
     sides = [edge for edge, beside in paper.edge_faces.items() if len(beside) == 1]
     ends = np.array([(paper.positions[u], paper.positions[v]) for u, v in sides])
-    return np.asarray(ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > LONG_SIDE].mean(axis=1)).reshape(-1, 2)
+    return np.asarray(ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > LONG_SIDE].mean(axis=1)).reshape(
+        -1, 2
+    )
 
 
 def edge_lines(paper: Paper) -> Lines:
@@ -222,7 +224,9 @@ _MARGIN = 0.02
 _POINTS = 250
 
 
-def _mirrored(lines: Lines, points: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _mirrored(
+    lines: Lines, points: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Signed distances (n, k) of points from lines, and their mirror images (n, k, 2)."""
     side = lines[:, :2] @ points.T - lines[:, 2:3]
     return side, points[None] - 2 * side[..., None] * lines[:, None, :2]

@@ -17,5 +17,10 @@ def measured(plan: Plan, views: Views, last: Isometry) -> Plan:
     turned = turned_between(last, settled.motion)
     lines = inner_lines(plan.paper, views.fine, settled.motion).contradiction
     return replace(
-        plan, motion=settled.motion, agreement=settled.agreement, zoom=zoom, turned=turned, contradiction=lines
+        plan,
+        motion=settled.motion,
+        agreement=settled.agreement,
+        zoom=zoom,
+        turned=turned,
+        contradiction=lines,
     )

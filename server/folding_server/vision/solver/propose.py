@@ -79,7 +79,9 @@ def _cropped(seen: SeenFrame, low: Floats, high: Floats) -> Scene:
     upper, lower = max(0, floor((grid.top - high[1]) * s)), min(grid.rows, ceil((grid.top - low[1]) * s))
     window_rows = (slice(upper, lower), slice(left, right))
     window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
-    return Scene(window, np.ascontiguousarray(seen.labels[window_rows]), seen.two_coloured, seen.edges[window_rows])
+    return Scene(
+        window, np.ascontiguousarray(seen.labels[window_rows]), seen.two_coloured, seen.edges[window_rows]
+    )
 
 
 def _distinct(plans: list[Plan]) -> list[Plan]:

@@ -78,9 +78,16 @@ class Meeting:
 
 def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[Actions]:
     """Folds through two points of the line, those with the fewest new vertices first, then the farthest apart."""
-    met = [m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)]
+    met = [
+        m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)
+    ]
     pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
-    pairs.sort(key=lambda ab: ((ab[0].added is not None) + (ab[1].added is not None), -abs(ab[0].along - ab[1].along)))
+    pairs.sort(
+        key=lambda ab: (
+            (ab[0].added is not None) + (ab[1].added is not None),
+            -abs(ab[0].along - ab[1].along),
+        )
+    )
     for first, second in pairs[:MOST_TRIES]:
         yield _fold_through(paper, first, second, moving.line)
 

@@ -60,8 +60,14 @@ def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: I
         after = apply(paper, action)
         start = centered(stack_of(after), scene, last)
         settled = align(stack_of(after), scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
-        yield Plan((*before, action), "rotate" if not before else "compound", after, settled.motion,
-                   settled.agreement, f"the model was turned by {rounded:g} degrees clockwise")
+        yield Plan(
+            (*before, action),
+            "rotate" if not before else "compound",
+            after,
+            settled.motion,
+            settled.agreement,
+            f"the model was turned by {rounded:g} degrees clockwise",
+        )
 
 
 def _angle_of(motion: Isometry) -> float:
@@ -83,7 +89,14 @@ def flip_plans(paper: Paper, scene: Scene, last: Isometry) -> Iterator[Plan]:
         after = apply(paper, action)
         stack = stack_of(after)
         settled = align(stack, scene, centered(stack, scene, last), Freedom(shift=0.04, turn=4.0, halvings=4))
-        yield Plan((action,), "flip", after, settled.motion, settled.agreement, f"the model was turned over about {axis}")
+        yield Plan(
+            (action,),
+            "flip",
+            after,
+            settled.motion,
+            settled.agreement,
+            f"the model was turned over about {axis}",
+        )
     first = Flip(axis="x")
     yield from turned_plans(apply(paper, first), scene, (first,), last)
 
@@ -121,6 +134,11 @@ def _settled(
     stack = stack_of(after)
     start = max(motions, key=lambda m: scene.agreement(stack, m))
     settled = align(stack, scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
-    return Plan(actions, "unfold" if kind == "unfold" else "compound", after, settled.motion, settled.agreement,
-                "a crease was unfolded" if len(actions) == 1 else "two creases were unfolded")
-
+    return Plan(
+        actions,
+        "unfold" if kind == "unfold" else "compound",
+        after,
+        settled.motion,
+        settled.agreement,
+        "a crease was unfolded" if len(actions) == 1 else "two creases were unfolded",
+    )
