@@ -1,6 +1,6 @@
 """How well photographed programs are reconstructed: how many exactly, how precisely, how fast.
 
-    python benchmarks/reconstruction/run.py --level 2 --json [--seed S] [--programs NAME ...] [--jobs N]
+    python benchmarks/reconstruction/run.py --level 2 --json [--seed S] [--programs NAME ...] [--between N] [--jobs N]
     python benchmarks/reconstruction/run.py --rendered
 
 Seeds below 100 are for development; figures that are reported anywhere use seeds from 100 on, never looked
@@ -23,6 +23,7 @@ from typing import Any, TypeVar
 import corpus
 import studio
 from corpus import Subject
+from folding_server.photographer.moments import MOST_BETWEEN
 from reconstructing import Reconstruction, reconstruct
 from report import document, in_words, table
 from rich.console import Console
@@ -57,6 +58,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--seed", type=int, default=1, help=f"development: 1 to 99; reports: from {REPORT_SEEDS}"
     )
+    parser.add_argument(
+        "--between", type=int, default=0, metavar="N", help="images of the paper on its way after each photo"
+    )
     parser.add_argument("--programs", nargs="+", metavar="NAME", help="only these")
     parser.add_argument("--limit", type=_positive, help="only so many, in order of name")
     parser.add_argument(
@@ -71,6 +75,8 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.seed < 0:
         parser.error(f"the seed {options.seed} is negative; give a whole number from 0")
+    if not 0 <= options.between <= MOST_BETWEEN:
+        parser.error(f"there cannot be {options.between} images in between; give 0 to {MOST_BETWEEN}")
     known = list(corpus.rendered() if options.rendered else corpus.programs())
     if unknown := sorted(set(options.programs or ()) - set(known)):
         parser.error(f"there is no program {unknown[0]!r}; choose from {', '.join(known) or 'none'}")
@@ -96,7 +102,13 @@ def _rendered(options: argparse.Namespace) -> list[Subject]:
 def _photographed(options: argparse.Namespace) -> list[Subject]:
     """The chosen programs as sequences, photographed where that has not been done before."""
     known = corpus.programs()
-    take = partial(studio.photographed, seed=options.seed, level=options.level, folder=options.cache)
+    take = partial(
+        studio.photographed,
+        seed=options.seed,
+        level=options.level,
+        folder=options.cache,
+        between=options.between,
+    )
     chosen = [known[name] for name in options.programs]
     folders = [future.result() for _, future in _each(take, chosen, options.jobs)]
     return [
@@ -132,7 +144,11 @@ def _scored(subject: Subject, attempt: Future[Reconstruction]) -> Score:
 
 
 def _settings(options: argparse.Namespace) -> dict[str, Any]:
-    photos = {"rendered": True} if options.rendered else {"level": options.level, "seed": options.seed}
+    photos = (
+        {"rendered": True}
+        if options.rendered
+        else {"level": options.level, "seed": options.seed, "between": options.between}
+    )
     return {
         **photos,
         "mode": options.mode,
@@ -145,7 +161,8 @@ def _settings(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _title(options: argparse.Namespace) -> str:
-    photos = "ray-traced photos" if options.rendered else f"level {options.level}, seed {options.seed}"
+    taken = f"level {options.level}, seed {options.seed}, {options.between} in between"
+    photos = "ray-traced photos" if options.rendered else taken
     return f"Reconstruction: {photos}, {options.mode}"
 
 

@@ -1,4 +1,4 @@
-"""Photographs of programs, taken once and kept for the same program, seed, level and photographer."""
+"""Photographs of programs, taken once and kept for the same program, seed, level, images in between and photographer."""
 
 import hashlib
 import shutil
@@ -17,15 +17,19 @@ CACHE = Path(tempfile.gettempdir()) / "foldingagent-reconstruction"
 """Where photographs are kept unless another folder is named."""
 
 
-def photographed(program: Program, seed: int, level: int, folder: Path) -> Path:
-    """The sequence folder of a program at a level, photographed unless it is in ``folder`` already."""
+def photographed(program: Program, seed: int, level: int, folder: Path, between: int = 0) -> Path:
+    """The sequence folder of a program at a level, photographed unless it is in ``folder`` already.
+
+    ``between`` images show the paper on its way from each keyframe to the next.
+    """
     own_seed = seed_of(program.name, seed)
-    key = hashlib.sha256(f"{program_text(program)} {own_seed} {level} {version()}".encode()).hexdigest()[:16]
+    what = f"{program_text(program)} {own_seed} {level} {between} {version()}"
+    key = hashlib.sha256(what.encode()).hexdigest()[:16]
     place = folder / f"{program.name}-{level}-{seed}-{key}"
     if not place.exists():
         folder.mkdir(parents=True, exist_ok=True)
         fresh = Path(tempfile.mkdtemp(dir=folder))
-        photograph(program, fresh, own_seed, level)
+        photograph(program, fresh, own_seed, level, between=between)
         _settle(fresh, place)
     return place
 

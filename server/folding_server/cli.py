@@ -214,13 +214,23 @@ def photograph(
     level: Annotated[
         int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")
     ] = 1,
+    between: Annotated[
+        int, typer.Option(metavar="N", help="Images of the paper on its way after each keyframe.")
+    ] = 0,
     as_json: Json = False,
 ) -> None:
     """Render photo-like keyframes of a folding program, with ground truth."""
     from folding_server.photographer.photographing import photograph as render
 
     told = _Progress("photographing")
-    made = render(_program(program), out, seed, level, progress=lambda done, frames: told.tell(done / frames))
+    made = render(
+        _program(program),
+        out,
+        seed,
+        level,
+        progress=lambda done, frames: told.tell(done / frames),
+        between=between,
+    )
     if as_json:
         _print_json({"folder": str(made.folder), "name": made.name, "frames": made.frames})
     else:

@@ -1,9 +1,10 @@
 """Where to point the camera and how near, so that every keyframe fits the picture."""
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 
 import numpy as np
-from folding_schemas.actions import Program
+from folding_schemas.actions import Action, Program
 
 from folding_server.photographer.camera import Camera
 from folding_server.photographer.scene import Drift
@@ -22,11 +23,15 @@ def pivots(program: Program) -> list[Point]:
     """
     spots = [(0.5, 0.5)]
     for step in program.steps:
-        x, y = spots[-1]
-        if sum(action.action == "flip" and action.axis == "y=-x" for action in step) % 2:
-            x, y = -y, -x
-        spots.append((x, y))
+        spots.append(reduce(pivot_after, step, spots[-1]))
     return spots
+
+
+def pivot_after(spot: Point, action: Action) -> Point:
+    """Where an action takes the folded place of the sheet's middle spot."""
+    if action.action == "flip" and action.axis == "y=-x":
+        return -spot[1], -spot[0]
+    return spot
 
 
 def middle(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:

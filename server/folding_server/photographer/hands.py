@@ -23,6 +23,8 @@ SKINS = ("#f0c8ac", "#e3b08d", "#c98f68", "#9a6543", "#6d442c", "#f3d2bd")
 SLEEVES = ("#2f4a78", "#7a2f35", "#3c3f42", "#56705a", "#c9c4b8", "#8a7fa0", "#d8d4cc")
 POSES = {"press": 1.0, "point": 0.5, "pinch": 0.68}
 """Pose -> how far the three outer fingers are stretched."""
+HOLD, HOLDING = "hold", (0.4, 0.8, -8.0)
+"""The pose that holds an edge: how far the outer fingers and the first are stretched, and the thumb's tilt."""
 SIDES = {"right": 180.0, "left": 0.0, "near": 90.0}
 """Side of the picture -> direction in which the hand reaches, in degrees counter-clockwise from the right."""
 MOST_COVER = 0.2
@@ -95,7 +97,7 @@ def reaching_hand(
     rng = stream(seed, "hands", frame)
     if frame == 0 or rng.random() >= level.hands:
         return None
-    hand = _build(stream(seed, "person"), rng)
+    hand = built_hand(seed, rng)
     side = str(rng.choice(list(SIDES)))
     angle = SIDES[side] + rng.normal(0, 14)
     scale = unit * stream(seed, "person").uniform(*LENGTH)
@@ -105,7 +107,7 @@ def reaching_hand(
         distance = scale * (0.8 + back)
         wrist = (aim[0] - distance * cos(radians(angle)), aim[1] + distance * sin(radians(angle)))
         reach = Reach(hand, side, wrist, scale, angle, 0.0)
-        cover = _covered(reach, coverage)
+        cover = hidden_share(reach, coverage)
         if cover <= most:
             return Reach(hand, side, wrist, scale, angle, cover) if cover > 0.01 else None
     return None
@@ -118,7 +120,7 @@ def _aim(rng: np.random.Generator, coverage: NDArray[np.uint8]) -> tuple[float, 
     return 0.5 * (float(xs[i]) + float(xs.mean())), 0.5 * (float(ys[i]) + float(ys.mean()))
 
 
-def _covered(reach: Reach, coverage: NDArray[np.uint8]) -> float:
+def hidden_share(reach: Reach, coverage: NDArray[np.uint8]) -> float:
     """Part of the paper that a hand hides, measured on every fourth pixel."""
     coarse = coverage[::4, ::4] > 127
     points = _local(reach, coverage.shape, 4)
@@ -126,10 +128,11 @@ def _covered(reach: Reach, coverage: NDArray[np.uint8]) -> float:
     return float((reachable & coarse).sum() / max(coarse.sum(), 1))
 
 
-def _build(person: np.random.Generator, rng: np.random.Generator) -> Hand:
-    """One hand of the person who folds, in a pose of this moment."""
+def built_hand(seed: int, rng: np.random.Generator, pose: str | None = None) -> Hand:
+    """One hand of the person who folds, in a pose of this moment; drawn from POSES if it is not given."""
+    person = stream(seed, "person")
     skin, cloth = str(person.choice(SKINS)), str(person.choice(SLEEVES))
-    pose = str(rng.choice(list(POSES)))
+    pose = pose or str(rng.choice(list(POSES)))
     left = bool(rng.random() < 0.5)
     limbs: list[Limb] = []
     nails: list[tuple[float, float, float, float]] = []
@@ -142,11 +145,12 @@ def _build(person: np.random.Generator, rng: np.random.Generator) -> Hand:
     )
     for i, (x, y, tilt, length) in enumerate(fingers):
         limbs.append(Limb((0.42 * x, 0.02), (x, y - 0.02), 0.105, 0.066))
-        stretch = 1.0 if i == 0 else POSES[pose]
+        stretch = (HOLDING[1] if pose == HOLD else 1.0) if i == 0 else POSES.get(pose, HOLDING[0])
         limbs += _finger((x, y), spread * tilt + rng.normal(0, 2), length * stretch, 0.055, nails, rng)
     limbs.append(Limb((-0.08, 0.12), (-0.2, 0.3), 0.09, 0.068))
     limbs.append(Limb((0, -0.2), (0, 0.1), 0.115, 0.12))
-    limbs += _finger((-0.2, 0.3), -24 + rng.normal(0, 8), 0.24, 0.06, nails, rng)
+    thumb = HOLDING[2] if pose == HOLD else -24.0
+    limbs += _finger((-0.2, 0.3), thumb + rng.normal(0, 8), 0.24, 0.06, nails, rng)
     return Hand(pose, left, tuple(limbs), tuple(nails), Limb((0, 0.05), (0, -3), 0.17, 0.32), skin, cloth)
 
 

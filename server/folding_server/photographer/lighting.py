@@ -6,9 +6,9 @@ from math import cos, radians, sin
 import cv2
 import numpy as np
 
-from folding_server.photographer.chance import stream
 from folding_server.photographer.colors import Floats, floats
 from folding_server.photographer.levels import Level
+from folding_server.photographer.moments import Moment, swaying
 from folding_server.photographer.scene import Scene
 
 EXPOSURE = 0.93
@@ -26,9 +26,9 @@ class Lamp:
     tint: float
 
 
-def frame_lamp(scene: Scene, level: Level, seed: int, frame: int) -> Lamp:
-    """The lamp of one frame: steady, but for the level's sway."""
-    turn, gain, tint = stream(seed, "light", frame).normal(0, 1, 3) * level.sway
+def frame_lamp(scene: Scene, level: Level, seed: int, moment: Moment) -> Lamp:
+    """The lamp at a moment: steady, but for the level's sway."""
+    turn, gain, tint = swaying(seed, "light", moment) * level.sway
     return Lamp(scene.lamp_azimuth + 180 * turn, float(np.clip(1 + gain, 0.75, 1.06)), tint)
 
 

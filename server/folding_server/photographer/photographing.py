@@ -1,4 +1,4 @@
-"""Photographing a program: keyframes that look like photos, with the truth beside them.
+"""Photographing a program: keyframes that look like photos, and images in between, with the truth beside them.
 
 The folder gets ``keyframes.json`` and ``frames/000001.jpg`` ... as any sequence has, and ``program.json`` and
 ``truth.json``, which say what was folded and where everything lies in the pictures.
@@ -16,24 +16,16 @@ from folding_schemas.actions import Program
 from numpy.typing import NDArray
 
 from folding_server.errors import PhotoError
-from folding_server.photographer.camera import Camera
 from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, near_color
-from folding_server.photographer.framing import fitting_fraction, middle, pivots
-from folding_server.photographer.geometry import Placement, place
-from folding_server.photographer.hands import Reach, cover_with, reaching_hand
+from folding_server.photographer.colors import near_color
+from folding_server.photographer.exposing import photo
+from folding_server.photographer.hands import Reach
 from folding_server.photographer.imprecision import imprecise
-from folding_server.photographer.levels import Level, level_named
-from folding_server.photographer.lighting import frame_lamp, lamp_light
-from folding_server.photographer.replaying import keyframe_papers
-from folding_server.photographer.scene import Drift, Scene, compose, drifts, frame_camera
-from folding_server.photographer.sensor import expose, jpeg, png
-from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet, creased
-from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
-from folding_server.photographer.table import seen_table, table_texture
-from folding_server.photographer.truth import NOTE, frame_truth, scene_truth
-from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Point
+from folding_server.photographer.levels import level_named
+from folding_server.photographer.moments import Moment, checked_between
+from folding_server.photographer.sensor import jpeg, png
+from folding_server.photographer.session import Session, prepare
+from folding_server.photographer.truth import NOTE, between_truth, frame_truth, scene_truth
 
 SIZES = (64, 4096)
 """Least and greatest width and height of a picture in pixels."""
@@ -49,31 +41,6 @@ class PhotographResult:
     frames: int
 
 
-@dataclass(frozen=True)
-class Session:
-    """All that the frames of one sequence share."""
-
-    seed: int
-    level: Level
-    size: tuple[int, int]
-    scene: Scene
-    papers: tuple[Paper, ...]
-    drifts: tuple[Drift, ...]
-    centers: tuple[Point, ...]
-    sheet_fraction: float
-    sheet: SheetTexture
-    table: Floats
-
-    def camera(self, index: int) -> Camera:
-        """The camera at a keyframe, counted from 0."""
-        return frame_camera(self.scene, self.level, self.size, self.sheet_fraction, self.seed, index)
-
-    def placement(self, index: int) -> Placement:
-        """The paper on the table at a keyframe, counted from 0."""
-        motion = self.drifts[index].folded_to_table(self.centers[index])
-        return place(self.papers[index], self.camera(index), motion)
-
-
 def photograph(
     program: Program,
     folder: Path,
@@ -81,28 +48,31 @@ def photograph(
     level: int = 1,
     size: tuple[int, int] = (800, 800),
     progress: Progress | None = None,
+    between: int = 0,
 ) -> PhotographResult:
     """Write photo-like keyframes of a program into a folder; the same arguments always give the same files.
 
-    ``size`` is (width, height) in pixels; ``progress`` is told (frames done, frames in all). The program's
-    colours are used where it states them. Raises PhotoError for a level, size, colour or folder that cannot
-    be used, and ProgramError for a program that cannot be folded.
+    ``size`` is (width, height) in pixels; ``progress`` is told (keyframes done, keyframes in all). ``between``
+    images follow each keyframe but the last and show the paper on its way to the next; the keyframes are the
+    same whatever their number. The program's colours are used where it states them. Raises PhotoError for a
+    level, size, number of images, colour or folder that cannot be used, and ProgramError for a program that
+    cannot be folded.
     """
     ranges = level_named(level)
     program = imprecise(program, _checked_seed(seed), ranges)
-    session = _prepare(program, seed, ranges, _checked_size(size))
+    session = prepare(program, seed, ranges, _checked_size(size), checked_between(between))
     frames = _cleared(folder)
-    truths = []
-    for index in range(len(session.papers)):
-        picture, hand = _photo(session, index)
-        name = f"{index + 1:06d}.jpg"
+    images: list[dict[str, Any]] = []
+    for index, moment in enumerate(session.moments, 1):
+        picture, hand = photo(session, moment)
+        name = f"{index:06d}.jpg"
         (frames / name).write_bytes(jpeg(picture, session.level.quality))
         mask = None if hand is None else _write_mask(folder, index, hand.hidden)
         reach = None if hand is None else hand.reach
-        truths.append(_truth(session, program, index, f"frames/{name}", reach, mask))
-        if progress is not None:
-            progress(index + 1, len(session.papers))
-    _write_documents(folder, program, session, truths, level)
+        images.append(_truth(session, program, moment, f"frames/{name}", reach, mask))
+        if progress is not None and moment.image == 0:
+            progress(moment.keyframe + 1, len(session.papers))
+    _write_documents(folder, program, session, images, level)
     return PhotographResult(folder, program.name, len(session.papers))
 
 
@@ -122,73 +92,24 @@ def _checked_seed(seed: int) -> int:
     return seed
 
 
-def _prepare(program: Program, seed: int, level: Level, size: tuple[int, int]) -> Session:
-    """Draw the scene, fold the program and frame it."""
-    papers = tuple(keyframe_papers(program))
-    scene = compose(seed, level, program.front_color, program.back_color)
-    walk = tuple(drifts(seed, level, len(papers)))
-    spots = pivots(program)
-    x, y = middle(papers, spots)
-    centers = tuple((x + px, y + py) for px, py in spots)
-    fraction = fitting_fraction(
-        lambda f: frame_camera(scene, level, size, f, seed, 0),
-        papers,
-        walk,
-        centers,
-        size,
-        wanted=float(stream(seed, "framing").uniform(0.46, 0.56)),
-    )
-    sheet, table = blank_sheet(scene, seed, program.sheet), table_texture(scene, seed)
-    return Session(seed, level, size, scene, papers, walk, centers, fraction, sheet, table)
-
-
-@dataclass(frozen=True)
-class _Covering:
-    """A hand in a picture, and the pixels (height, width) that it hides, 0 or 255."""
-
-    reach: Reach
-    hidden: NDArray[np.uint8]
-
-
-def _photo(session: Session, index: int) -> tuple[NDArray[np.uint8], _Covering | None]:
-    """One picture (height, width, 3) RGB, and the hand in it."""
-    scene, seed = session.scene, session.seed
-    placement = session.placement(index)
-    lamp = frame_lamp(scene, session.level, seed, index)
-    tones = stream(seed, "tones", index).normal(1, 0.018, len(placement.paper.faces))
-    unit = session.sheet_fraction * min(session.size)
-    towards = throw_direction(lamp.azimuth, scene.roll)
-    albedo, light, coverage = paint_stack(
-        seen_table(session.table, placement.camera, session.size),
-        placement,
-        creased(session.sheet, placement.paper),
-        Shading(towards, scene.shadow),
-        unit,
-        dict(zip(sorted(placement.paper.faces), tones.tolist(), strict=True)),
-    )
-    lit = albedo * light[..., None]
-    reach = reaching_hand(seed, session.level, index, coverage, unit)
-    covering = None
-    if reach is not None:
-        cover = cover_with(reach, coverage.shape, towards, seed, index)
-        opacity = cover.opacity[..., None]
-        lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
-        covering = _Covering(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
-    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, index), covering
-
-
 def _truth(
-    session: Session, program: Program, index: int, image: str, hand: Reach | None, mask: str | None
+    session: Session, program: Program, moment: Moment, image: str, hand: Reach | None, mask: str | None
 ) -> dict[str, Any]:
+    """The truth of one image: of a keyframe, or of one on the way to the next."""
+    if moment.image:
+        movement, part = session.under_way(moment)
+        return between_truth(moment, image, movement, part, session.view(moment), hand, mask)
+    index = moment.keyframe
     step = program.steps[index - 1] if index else ()
     before = session.papers[max(index - 1, 0)]
-    placement, drift = session.placement(index), session.drifts[index]
-    return frame_truth(index + 1, image, step, before, placement, drift, hand, mask)
+    return frame_truth(
+        index + 1, image, step, before, session.placement(index), session.drifts[index], hand, mask
+    )
 
 
 def _write_mask(folder: Path, index: int, hidden: NDArray[np.uint8]) -> str:
     """Write which pixels a hand hides, and say where."""
-    name = f"masks/{index + 1:06d}.png"
+    name = f"masks/{index:06d}.png"
     (folder / "masks").mkdir(exist_ok=True)
     (folder / name).write_bytes(png(hidden))
     return name
@@ -212,7 +133,7 @@ def _cleared(folder: Path) -> Path:
 
 
 def _write_documents(
-    folder: Path, program: Program, session: Session, truths: list[dict[str, Any]], level: int
+    folder: Path, program: Program, session: Session, images: list[dict[str, Any]], level: int
 ) -> None:
     rng = stream(session.seed, "declared")
     colors = {
@@ -223,7 +144,7 @@ def _write_documents(
         "name": program.name,
         "frames": "frames",
         **colors,
-        "keyframes": list(range(1, len(truths) + 1)),
+        "keyframes": [index for index, moment in enumerate(session.moments, 1) if moment.image == 0],
     }
     truth = {
         "name": program.name,
@@ -234,8 +155,12 @@ def _write_documents(
         "front_color": session.scene.front,
         "back_color": session.scene.back,
         "sheet": list(program.sheet),
-        "frames": truths,
+        "frames": [told for told, moment in zip(images, session.moments, strict=True) if moment.image == 0],
     }
+    if len(images) > len(session.papers):
+        truth["between"] = [
+            told for told, moment in zip(images, session.moments, strict=True) if moment.image
+        ]
     _write(folder / "keyframes.json", json.dumps(manifest, indent=1))
     _write(folder / "program.json", program.model_dump_json(indent=1, exclude_none=True))
     _write(folder / "truth.json", json.dumps(truth, separators=(",", ":")))

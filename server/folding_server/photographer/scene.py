@@ -16,6 +16,7 @@ from folding_server.photographer.colors import (
     near_color,
 )
 from folding_server.photographer.levels import Level
+from folding_server.photographer.moments import Moment, swaying
 
 PATTERNS = ("dots", "stripes", "checks")
 WOODS = ("#8a623d", "#6b4a2f", "#b58a5a", "#4d3524", "#c7a878")
@@ -125,15 +126,22 @@ def drifts(seed: int, level: Level, frames: int) -> list[Drift]:
     return walk
 
 
+def between_drifts(first: Drift, second: Drift, share: float) -> Drift:
+    """A part of the way from one place of the sheet to another."""
+    (x0, y0), (x1, y1) = first.shift, second.shift
+    rotation = first.rotation + share * (second.rotation - first.rotation)
+    return Drift(rotation, (x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
+
+
 def frame_camera(
-    scene: Scene, level: Level, size: tuple[int, int], sheet_fraction: float, seed: int, frame: int
+    scene: Scene, level: Level, size: tuple[int, int], sheet_fraction: float, seed: int, moment: Moment
 ) -> Camera:
-    """The camera of one frame; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter
+    """The camera at a moment; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter
     side.
     """
     focal = scene.lens * min(size)
     distance = focal / (sheet_fraction * min(size))
-    shake = stream(seed, "camera", frame).normal(0, 1, 3) * level.unsteady
+    shake = swaying(seed, "camera", moment) * level.unsteady
     return looking_down(
         size, focal, distance, scene.tilt + shake[0], scene.azimuth + shake[1], scene.roll + shake[2]
     )

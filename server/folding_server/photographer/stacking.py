@@ -1,9 +1,10 @@
 """Painting the stack: faces bottom to top over the table, each with the shadow that it casts on what lies
-below it.
+below it, and parts that stand up with theirs on what is under them.
 
 Painted at ``SAMPLES`` times the picture's resolution in the part of the picture around the paper.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, radians, sin
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from folding_server.photographer.camera import Matrix
 from folding_server.photographer.colors import Floats, floats
-from folding_server.photographer.geometry import Placement
+from folding_server.photographer.geometry import Group, View
 from folding_server.photographer.sheet_texture import SheetTexture
 from folding_server.simulator.planes import plane_index, planes
 
@@ -22,16 +23,23 @@ MARGIN = 0.08
 """Room around the paper for its shadows, in sheet sides."""
 LIFT = 0.006
 """How far the edge of a flap stands off what is below it, in sheet sides."""
+SOFTNESS = 0.12
+"""How soft the shadow of a raised part is for each unit of its height."""
+PLANES = 1000
+"""More planes than a group has: what tells the planes of two groups apart."""
 _SHIFT = 6
 Mask = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Shading:
-    """How shadows fall: ``towards`` their direction in pixels (unit vector), ``depth`` 0 to 1."""
+    """How shadows fall: ``towards`` their direction in pixels (unit vector), ``depth`` 0 to 1, the lamp's
+    ``azimuth`` on the table in degrees.
+    """
 
     towards: tuple[float, float]
     depth: float
+    azimuth: float
 
 
 @dataclass(frozen=True)
@@ -72,9 +80,9 @@ class Canvas:
     plane: NDArray[np.int16]
 
 
-def window_around(placement: Placement, size: tuple[int, int], unit: float) -> Window:
+def window_around(view: View, size: tuple[int, int], unit: float) -> Window:
     """The part of the picture that the paper and its shadows can reach; ``unit`` pixels to a sheet side."""
-    points = np.array(list(placement.pixels.values()))
+    points = view.corners
     low = np.floor(points.min(0) - MARGIN * unit).astype(int)
     high = np.ceil(points.max(0) + MARGIN * unit).astype(int)
     left, top = (int(v) for v in np.clip(low, 0, np.array(size) - 1))
@@ -90,7 +98,7 @@ def throw_direction(lamp_azimuth: float, roll: float) -> tuple[float, float]:
 
 def paint_stack(
     table: Floats,
-    placement: Placement,
+    view: View,
     sheet: SheetTexture,
     shading: Shading,
     unit: float,
@@ -102,16 +110,23 @@ def paint_stack(
     face, as faces do not lie quite level.
     """
     size = (table.shape[1], table.shape[0])
-    window = window_around(placement, size, unit)
+    window = window_around(view, size, unit)
     rows, cols = window.samples
     under = cv2.resize(table[window.area], (cols, rows), interpolation=cv2.INTER_LINEAR)
     canvas = Canvas(
         window, floats(under), np.ones((rows, cols), np.float32), np.full((rows, cols), -1, np.int16)
     )
-    _shade_table(canvas, placement, shading, unit)
-    plane_of = plane_index(planes(placement.paper))
-    for face in placement.paper.order:
-        _paint_face(canvas, placement, sheet, shading, face, plane_of[face], tones[face], unit)
+    plane_of = plane_index(planes(view.paper))
+    for number, group in enumerate(view.groups):
+        if group.raised:
+            _shade_below(canvas, view, group, shading, unit)
+        else:
+            _shade_table(canvas, view, shading, unit)
+        for face in group.faces:
+            plane = number * PLANES + plane_of[face]
+            floor = number * PLANES if group.raised else -1
+            light = tones[face] * view.brightness(face, shading.azimuth)
+            _paint_face(canvas, view, sheet, shading, face, (plane, floor), light, unit)
     return _resolve(table, canvas)
 
 
@@ -131,25 +146,28 @@ def _resolve(table: Floats, canvas: Canvas) -> tuple[Floats, Floats, Mask]:
 
 def _paint_face(
     canvas: Canvas,
-    placement: Placement,
+    view: View,
     sheet: SheetTexture,
     shading: Shading,
     face: int,
-    plane: int,
+    place: tuple[int, int],
     tone: float,
     unit: float,
 ) -> None:
-    """Darken what the face shades, then lay the face itself."""
+    """Darken what the face shades, then lay the face itself.
+
+    ``place`` is its plane, and the lowest plane that it lies close to.
+    """
     to_sample = canvas.window.pixel_to_sample
-    outline = _samples(canvas, placement.outline(face))
+    outline = _samples(canvas, view.outline(face))
     reach = int(np.ceil(LIFT * unit * SAMPLES * 3))
     box = _box(outline, canvas, reach)
     if box is None:
         return
     mask = _filled(outline, box)
-    _cast(canvas, box, mask, shading, plane, LIFT * unit * SAMPLES)
-    motion = _offset(box) @ to_sample @ placement.sheet_to_pixel(face) @ np.linalg.inv(sheet.sheet_to_texture)
-    side = sheet.back if placement.paper.back_up(face) else sheet.front
+    _cast(canvas, box, mask, shading, place, LIFT * unit * SAMPLES)
+    motion = _offset(box) @ to_sample @ view.sheet_to_pixel(face) @ np.linalg.inv(sheet.sheet_to_texture)
+    side = sheet.back if view.back_up(face) else sheet.front
     skin = cv2.warpPerspective(
         side, motion, mask.shape[::-1], flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
@@ -157,18 +175,18 @@ def _paint_face(
     toned = floats(skin) * np.float32(tone)
     np.copyto(canvas.albedo[box], toned, where=inside[..., None])
     np.copyto(canvas.light[box], np.float32(1), where=inside)
-    np.copyto(canvas.plane[box], np.int16(plane), where=inside)
-    _rim(canvas, placement, face, outline, box)
+    np.copyto(canvas.plane[box], np.int16(place[0]), where=inside)
+    _rim(canvas, view, face, outline, box)
 
 
-def _rim(canvas: Canvas, placement: Placement, face: int, outline: Matrix, box: tuple[slice, slice]) -> None:
+def _rim(canvas: Canvas, view: View, face: int, outline: Matrix, box: tuple[slice, slice]) -> None:
     """A faint line where the face ends: cut edges and folded edges catch the light differently."""
-    cycle = placement.paper.faces[face]
+    cycle = view.paper.faces[face]
     light = canvas.light[box]
     corner = np.array([box[1].start, box[0].start])
     points = np.rint((outline - corner) * 2**_SHIFT).astype(int)
     for i, v in enumerate(cycle):
-        letter = placement.paper.letter((min(cycle[i - 1], v), max(cycle[i - 1], v)))
+        letter = view.paper.letter((min(cycle[i - 1], v), max(cycle[i - 1], v)))
         if letter != "F":
             mask = np.zeros(light.shape, np.uint8)
             cv2.line(mask, points[i - 1].tolist(), points[i].tolist(), 255, 2, cv2.LINE_8, _SHIFT)
@@ -176,25 +194,47 @@ def _rim(canvas: Canvas, placement: Placement, face: int, outline: Matrix, box: 
 
 
 def _cast(
-    canvas: Canvas, box: tuple[slice, slice], mask: Mask, shading: Shading, plane: int, reach: float
+    canvas: Canvas,
+    box: tuple[slice, slice],
+    mask: Mask,
+    shading: Shading,
+    place: tuple[int, int],
+    reach: float,
 ) -> None:
-    """Soft shadow of a face on everything under it but its own plane."""
+    """Soft shadow of a face on everything close under it but its own plane."""
+    plane, floor = place
     soft = _moved_and_blurred(mask, shading, reach * 0.6, reach * 0.6)
-    other = canvas.plane[box] != plane
+    under = canvas.plane[box]
+    other = (under != plane) & (under >= floor)
     shadow = np.where(other, 1 - np.float32(shading.depth / 255) * soft, np.float32(1))
     np.minimum(canvas.light[box], shadow, out=canvas.light[box])
 
 
-def _shade_table(canvas: Canvas, placement: Placement, shading: Shading, unit: float) -> None:
+def _shade_table(canvas: Canvas, view: View, shading: Shading, unit: float) -> None:
     """The wider shadow of the whole model on the table, thrown further where the stack is higher."""
     whole = (slice(0, canvas.light.shape[0]), slice(0, canvas.light.shape[1]))
-    silhouette = np.zeros(canvas.light.shape, np.uint8)
-    for face in placement.paper.order:
-        points = np.rint(_samples(canvas, placement.outline(face)) * 2**_SHIFT).astype(np.int32)
-        cv2.fillConvexPoly(silhouette, points, 255, cv2.LINE_8, _SHIFT)
-    height = LIFT * (1 + 0.25 * float(np.mean(list(placement.level.values()))))
+    silhouette = _silhouette(canvas, [view.outline(face) for face in view.groups[0].faces])
+    height = LIFT * (1 + 0.25 * float(np.mean(list(view.level.values()))))
     soft = _moved_and_blurred(silhouette, shading, height * unit * SAMPLES, 1.6 * height * unit * SAMPLES)
     canvas.light[whole] = 1 - np.float32(0.9 * shading.depth / 255) * soft
+
+
+def _shade_below(canvas: Canvas, view: View, group: Group, shading: Shading, unit: float) -> None:
+    """The shadow of a raised part on all that was painted before, softer where the part is higher."""
+    silhouette = _silhouette(canvas, [view.shadow(face, shading.azimuth) for face in group.faces])
+    blur = (LIFT + SOFTNESS * view.height(group)) * unit * SAMPLES
+    soft = _moved_and_blurred(silhouette, shading, 0.0, blur)
+    shadow = 1 - np.float32(0.9 * shading.depth / 255) * soft
+    np.minimum(canvas.light, shadow, out=canvas.light)
+
+
+def _silhouette(canvas: Canvas, outlines: Sequence[Matrix]) -> Mask:
+    """Convex outlines (pixels) filled, in samples."""
+    filled = np.zeros(canvas.light.shape, np.uint8)
+    for outline in outlines:
+        points = np.rint(_samples(canvas, outline) * 2**_SHIFT).astype(np.int32)
+        cv2.fillConvexPoly(filled, points, 255, cv2.LINE_8, _SHIFT)
+    return filled
 
 
 def _moved_and_blurred(mask: Mask, shading: Shading, offset: float, blur: float) -> Floats:

@@ -7,8 +7,10 @@ import numpy as np
 from folding_schemas.actions import Action
 
 from folding_server.photographer.camera import Matrix
-from folding_server.photographer.geometry import Placement
+from folding_server.photographer.geometry import Placement, View
 from folding_server.photographer.hands import Reach
+from folding_server.photographer.moments import Moment
+from folding_server.photographer.movements import Movement, Swing
 from folding_server.photographer.scene import Drift, Scene
 from folding_server.simulator import Paper
 
@@ -43,6 +45,42 @@ def frame_truth(
         "camera": _camera(placement),
         "vertex_pixels": {str(v): _rounded(placement.pixels[v], 2) for v in sorted(placement.pixels)},
         "drift": {"rotation_deg": round(drift.rotation, 4), "shift": _rounded(drift.shift, 6)},
+        "hand": hand and {**_hand(hand), "mask": mask},
+    }
+
+
+def between_truth(
+    moment: Moment,
+    image: str,
+    movement: Movement,
+    part: float,
+    view: View,
+    hand: Reach | None,
+    mask: str | None,
+) -> dict[str, Any]:
+    """The truth of an image between two keyframes as plain JSON values: what moves there and how far it has come.
+
+    ``faces`` has what the camera sees, in the order of painting: each face's outline on the sheet and in pixels.
+    """
+    action = movement.action
+    moving = set(movement.starts) if isinstance(movement, Swing) else set(view.paper.faces)
+    return {
+        "image": image,
+        "after_frame": moment.keyframe + 1,
+        "share": round(moment.share, 4),
+        "action": action and _action(action, movement.before, view.paper),
+        "degrees": round(part * movement.degrees, 3),
+        "faces": [
+            {
+                "face": face,
+                "moves": action is not None and face in moving,
+                "back": int(view.back_up(face)),
+                "sheet": [_rounded(place, 6) for place in view.paper.sheet_polygon(face)],
+                "pixels": _matrix(view.outline(face), 2),
+            }
+            for group in view.groups
+            for face in group.faces
+        ],
         "hand": hand and {**_hand(hand), "mask": mask},
     }
 

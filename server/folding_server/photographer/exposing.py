@@ -1,0 +1,70 @@
+"""Taking one picture: table, paper, hand, light and sensor put together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from folding_server.photographer.chance import stream
+from folding_server.photographer.gripping import gripping_hand
+from folding_server.photographer.hands import Reach, cover_with, reaching_hand
+from folding_server.photographer.lighting import frame_lamp, lamp_light
+from folding_server.photographer.moments import Moment
+from folding_server.photographer.sensor import expose
+from folding_server.photographer.session import Session
+from folding_server.photographer.sheet_texture import creased
+from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
+from folding_server.photographer.table import seen_table
+from folding_server.simulator import Paper
+
+
+@dataclass(frozen=True)
+class Covering:
+    """A hand in a picture, and the pixels (height, width) that it hides, 0 or 255."""
+
+    reach: Reach
+    hidden: NDArray[np.uint8]
+
+
+def photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], Covering | None]:
+    """One picture (height, width, 3) RGB, and the hand in it."""
+    scene, seed = session.scene, session.seed
+    view = session.view(moment)
+    lamp = frame_lamp(scene, session.level, seed, moment)
+    towards = throw_direction(lamp.azimuth, scene.roll)
+    albedo, light, coverage = paint_stack(
+        seen_table(session.table, view.camera, session.size),
+        view,
+        creased(session.sheet, view.paper),
+        Shading(towards, scene.shadow, lamp.azimuth),
+        session.unit,
+        _tones(seed, moment, view.paper),
+    )
+    lit = albedo * light[..., None]
+    reach = _hand(session, moment, coverage)
+    covering = None
+    if reach is not None:
+        cover = cover_with(reach, coverage.shape, towards, seed, moment.number)
+        opacity = cover.opacity[..., None]
+        lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
+        covering = Covering(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
+    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, moment.number), covering
+
+
+def _tones(seed: int, moment: Moment, paper: Paper) -> dict[int, float]:
+    """The brightness of each face, as faces do not lie quite level: on the way that of the next keyframe."""
+    keyframe = moment.keyframe + (moment.image > 0)
+    tones = stream(seed, "tones", keyframe).normal(1, 0.018, len(paper.faces))
+    return dict(zip(sorted(paper.faces), tones.tolist(), strict=True))
+
+
+def _hand(session: Session, moment: Moment, coverage: NDArray[np.uint8]) -> Reach | None:
+    """The hand in a picture, if there is one: over the paper at a keyframe, moving it in between."""
+    seed, unit = session.seed, session.unit
+    if moment.image == 0:
+        return reaching_hand(seed, session.level, moment.keyframe, coverage, unit)
+    grip = session.grip(moment)
+    if grip is None:
+        return None
+    spot, side = grip
+    return gripping_hand(seed, moment.keyframe, side, spot, session.camera(moment), coverage, unit)

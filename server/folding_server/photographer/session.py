@@ -1,0 +1,138 @@
+"""One sitting of the photographer: the scene, the paper at each keyframe and on its way to the next."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from folding_schemas.actions import Program
+
+from folding_server.photographer.camera import Camera, Matrix
+from folding_server.photographer.chance import stream
+from folding_server.photographer.colors import Floats
+from folding_server.photographer.framing import fitting_fraction, middle, pivots
+from folding_server.photographer.geometry import Placement, View, place
+from folding_server.photographer.gripping import arm_side, held
+from folding_server.photographer.levels import Level
+from folding_server.photographer.moments import Moment, moments
+from folding_server.photographer.movements import Movement, Slide, movements
+from folding_server.photographer.replaying import keyframe_papers
+from folding_server.photographer.scene import Drift, Scene, between_drifts, compose, drifts, frame_camera
+from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet
+from folding_server.photographer.swinging import SwingView
+from folding_server.photographer.table import table_texture
+from folding_server.simulator import Paper
+from folding_server.simulator.plane_geometry import Point
+
+WAY = (0.1, 0.4, 0.7)
+"""Parts of a movement at which an arm is looked for that is clear of the paper."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """All that the images of one sequence share; ``movements`` has those that lead on from each keyframe."""
+
+    seed: int
+    level: Level
+    size: tuple[int, int]
+    scene: Scene
+    papers: tuple[Paper, ...]
+    movements: tuple[tuple[Movement, ...], ...]
+    moments: tuple[Moment, ...]
+    drifts: tuple[Drift, ...]
+    middle: Point
+    centers: tuple[Point, ...]
+    sheet_fraction: float
+    sheet: SheetTexture
+    table: Floats
+
+    @property
+    def unit(self) -> float:
+        """Pixels to a sheet side."""
+        return self.sheet_fraction * min(self.size)
+
+    def camera(self, moment: Moment) -> Camera:
+        """The camera at a moment."""
+        return frame_camera(self.scene, self.level, self.size, self.sheet_fraction, self.seed, moment)
+
+    def placement(self, index: int) -> Placement:
+        """The paper on the table at a keyframe, counted from 0."""
+        motion = self.drifts[index].folded_to_table(self.centers[index])
+        return place(self.papers[index], self.camera(Moment(index)), motion)
+
+    def under_way(self, moment: Moment) -> tuple[Movement, float]:
+        """What moves at a moment between two keyframes, and what part of it is done, 0 to 1."""
+        steps = self.movements[moment.keyframe]
+        done = moment.share * len(steps)
+        number = min(int(done), len(steps) - 1)
+        return steps[number], done - number
+
+    def view(self, moment: Moment) -> View:
+        """The paper as the camera sees it at a moment."""
+        if moment.image == 0:
+            return self.placement(moment.keyframe)
+        return self._moving(moment, *self.under_way(moment))
+
+    def grip(self, moment: Moment) -> tuple[Matrix, str] | None:
+        """The spot (3,) over the table that a hand holds at a moment, and the side that it comes from.
+
+        None where nothing moves, and at levels without hands.
+        """
+        movement, part = self.under_way(moment)
+        if self.level.hands == 0 or (isinstance(movement, Slide) and movement.degrees == 0):
+            return None
+        number = self.movements[moment.keyframe].index(movement)
+        rng = stream(self.seed, f"grip {number}", moment.keyframe)
+        spot = held(movement, rng)
+        way = np.array([self._spot(moment, movement, p, spot) for p in WAY])
+        outline = self._moving(moment, movement, 0.0).corners
+        pixels = self.camera(moment).project(way)
+        side = arm_side(rng, pixels, (outline.min(0) + outline.max(0)) / 2, self.unit)
+        return self._spot(moment, movement, part, spot), side
+
+    def _motion(self, moment: Moment) -> Matrix:
+        """Where the sheet's middle spot lies at a moment between two keyframes: affine (2, 3)."""
+        first, second = self.drifts[moment.keyframe : moment.keyframe + 2]
+        return between_drifts(first, second, moment.share).folded_to_table(self.middle)
+
+    def _moving(self, moment: Moment, movement: Movement, part: float) -> View:
+        camera, motion = self.camera(moment), self._motion(moment)
+        if isinstance(movement, Slide):
+            return place(movement.turned(part * movement.degrees), camera, motion)
+        return SwingView(movement, part * movement.degrees, camera, motion)
+
+    def _spot(self, moment: Moment, movement: Movement, part: float, spot: Point) -> Matrix:
+        """Where a spot of the moving paper is over the table after a part of the movement: (3,)."""
+        motion = self._motion(moment)
+        if isinstance(movement, Slide):
+            moved = movement.motion(part * movement.degrees)(spot)
+            return np.array([*(motion @ [*moved, 1.0]), 0.0])
+        return SwingView(movement, part * movement.degrees, self.camera(moment), motion).point(spot)
+
+
+def prepare(program: Program, seed: int, level: Level, size: tuple[int, int], between: int) -> Session:
+    """Draw the scene, fold the program and frame it."""
+    papers = tuple(keyframe_papers(program))
+    scene = compose(seed, level, program.front_color, program.back_color)
+    walk = tuple(drifts(seed, level, len(papers)))
+    spots = pivots(program)
+    x, y = middle(papers, spots)
+    centers = tuple((x + px, y + py) for px, py in spots)
+
+    def camera_at(sheet_fraction: float) -> Camera:
+        return frame_camera(scene, level, size, sheet_fraction, seed, Moment(0))
+
+    wanted = float(stream(seed, "framing").uniform(0.46, 0.56))
+    return Session(
+        seed,
+        level,
+        size,
+        scene,
+        papers,
+        tuple(movements(program)) if between else (),
+        tuple(moments(seed, len(papers), between)),
+        walk,
+        (x, y),
+        centers,
+        fitting_fraction(camera_at, papers, walk, centers, size, wanted),
+        blank_sheet(scene, seed, program.sheet),
+        table_texture(scene, seed),
+    )
