@@ -281,18 +281,31 @@ def test_a_folder_without_photos_is_not_completed(tmp_path: Path) -> None:
         assert "keyframes.json" in attempt.reason
 
 
+@pytest.mark.parametrize("between", [0, 1])
 def test_a_run_prints_one_json_document(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, between: int
 ) -> None:
     monkeypatch.setattr(corpus, "programs", lambda: {"small": SMALL})
-    run.main(["--json", "--cache", str(tmp_path)])
+    run.main(["--json", "--cache", str(tmp_path), "--between", str(between)])
     printed = json.loads(capsys.readouterr().out)
+    assert printed["between"] == between
+    (folder,) = tmp_path.iterdir()
+    assert len(list((folder / "frames").iterdir())) == 3 + 2 * between
     assert printed["overall"]["completed"] == printed["overall"]["final_exact"] == 1.0
     assert [s["sequence"] for s in printed["sequences"]] == ["small"]
 
 
-def test_an_unknown_program_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--programs", "unicorn"], "there is no program 'unicorn'"),
+        (["--between", "40"], "there cannot be 40 images in between; give 0 to 30"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
+) -> None:
     with pytest.raises(SystemExit) as stopped:
-        run.main(["--programs", "unicorn"])
+        run.main(arguments)
     assert stopped.value.code == 2
-    assert "there is no program 'unicorn'" in capsys.readouterr().err.splitlines()[-1]
+    assert words in capsys.readouterr().err.splitlines()[-1]

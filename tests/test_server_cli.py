@@ -142,6 +142,7 @@ def test_keyframes_writes_a_sequence_of_a_video(run: Run, tmp_path: Path) -> Non
         (["check", "picture.fold"], 1, "text"),
         (["photograph", CAT], 2, "--out"),
         (["photograph", CAT, "-o", "x", "--level", "9"], 1, "level 9"),
+        (["photograph", CAT, "-o", "x", "--between", "99"], 1, "99 images between two keyframes"),
         (["keyframes", "nowhere.mp4", "-o", "x"], 1, "nowhere.mp4"),
     ],
 )

@@ -40,7 +40,9 @@ class SwingView:
     @cached_property
     def groups(self) -> tuple[Group, ...]:
         """What stays and what moves, in the order of painting."""
-        stays = Group(tuple(f for f in self.paper.order if f not in self.swing.starts), self._lift > 0)
+        stays = Group(
+            tuple(f for f in self.paper.order if f not in self.swing.starts), self._lift > THICKNESS
+        )
         turned = [f for f in self.paper.order if f in self.swing.starts]
         moves = Group(tuple(reversed(turned) if self._still_seen else turned), True)
         ordered = (stays, moves) if self.swing.over else (moves, stays)
@@ -152,7 +154,7 @@ class SwingView:
             for v in swing.paper.faces[f]
         ]
         lowest = min(self._rise * d for d in far)
-        return max(0.0, -lowest) if lowest < -2 * THICKNESS else 0.0
+        return max(0.0, -lowest)
 
     @property
     def _thickness(self) -> float:
