@@ -1,6 +1,7 @@
 """Building what works on a run, from its settings: models by role, critics, selector, agent."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from folding_client.agent.loop import Agent, Habits
 from folding_client.agent.offer import PROPOSING
@@ -38,27 +39,28 @@ def make_cast(settings: Settings, recorder: Recorder) -> Cast:
     """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown
     id.
     """
-
-    def of(role: Role) -> Model | None:
-        spec = settings.role(role)
-        return None if role != "agent" and spec == "geometric" else _made(spec, role, settings, recorder)
-
     return Cast(
-        _made(settings.role("agent"), "agent", settings, recorder),
-        of("critic"),
-        of("overview"),
-        of("selector"),
+        _made("agent", settings, recorder),
+        _asked("critic", settings, recorder),
+        _asked("overview", settings, recorder),
+        _asked("selector", settings, recorder),
     )
 
 
-def _made(spec: str, role: Role, settings: Settings, recorder: Recorder) -> Model:
-    def note(reason: str, seconds: float) -> None:
-        recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
+def _asked(role: Role, settings: Settings, recorder: Recorder) -> Model | None:
+    """The model that plays a role, None if geometry does."""
+    return None if settings.role(role) == "geometric" else _made(role, settings, recorder)
 
-    model = make_model(spec, role, settings, note)
+
+def _made(role: Role, settings: Settings, recorder: Recorder) -> Model:
+    model = make_model(settings.role(role), role, settings, partial(_note_retry, recorder, role))
     if not continued(model, role, read_events(recorder.folder.events)):
         recorder.event("memory_lost", role=role, reason="another version of the model made this record")
     return model
+
+
+def _note_retry(recorder: Recorder, role: Role, reason: str, seconds: float) -> None:
+    recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
 def make_critic(cast: Cast, server: FoldingServer, recorder: Recorder) -> Critic:

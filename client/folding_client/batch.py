@@ -63,16 +63,21 @@ async def run_batch(
     ends all and leaves each resumable.
     """
     room = asyncio.Semaphore(jobs)
-
-    async def one(sequence: Path) -> Line:
-        async with room:
-            line = await line_of(sequence, out / sequence.resolve().name, settings)
-            listener.ended(line)
-            return line
-
     async with asyncio.TaskGroup() as group:
-        tasks = [group.create_task(one(sequence)) for sequence in sequences]
+        tasks = [
+            group.create_task(_told_line(sequence, out, settings, room, listener)) for sequence in sequences
+        ]
     return [task.result() for task in tasks]
+
+
+async def _told_line(
+    sequence: Path, out: Path, settings: Settings, room: asyncio.Semaphore, listener: Listener
+) -> Line:
+    """The line of a sequence, worked on when there is room; the listener hears of it."""
+    async with room:
+        line = await line_of(sequence, out / sequence.resolve().name, settings)
+        listener.ended(line)
+        return line
 
 
 async def line_of(sequence: Path, folder: Path, settings: Settings) -> Line:

@@ -184,18 +184,18 @@ def _settings(**given: object) -> Settings:
 
 def _finish(work: Coroutine[Any, Any, Answer], afterwards: str) -> Answer:
     """Run to the end. SIGTERM ends it as Ctrl-C does: with one line that says what can be done ``afterwards``."""
-
-    async def guarded() -> Answer:
-        task = asyncio.current_task()
-        if task is not None:
-            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
-        return await work
-
     try:
-        return asyncio.run(guarded())
+        return asyncio.run(_cancelled_by_sigterm(work))
     except (KeyboardInterrupt, asyncio.CancelledError):
         typer.echo(f"Interrupted; {afterwards}.", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+async def _cancelled_by_sigterm(work: Coroutine[Any, Any, Answer]) -> Answer:
+    task = asyncio.current_task()
+    if task is not None:
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    return await work
 
 
 def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:

@@ -3,6 +3,7 @@
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, Protocol
 
 from folding_prompts import prompt
@@ -77,15 +78,15 @@ class ModelSelector:
             system(prompt("selector/system")),
             user(prompt("selector/user", labels=labels), (*photo, *diagrams)),
         ]
-        count = len(attempts.attempts)
-
-        def again(reason: str) -> str:
-            return prompt("selector/again", reason=reason, labels=labels)
-
+        read = partial(read_label, count=len(attempts.attempts))
         try:
-            label = await read_answer(self._voice, messages, lambda text: read_label(text, count), again)
+            label = await read_answer(self._voice, messages, read, partial(_repair, labels))
         except ReplyUnreadable as reason:
             choice = await GeometricSelector(self._server).choose(attempts, diagrams)
             why = f"the selector named no label, twice ({reason}); {choice.reason}"
             return Choice(choice.attempt, "geometric", why)
         return Choice(attempts.attempts[label - 1].attempt, "model", f"B{label}")
+
+
+def _repair(labels: str, reason: str) -> str:
+    return prompt("selector/again", reason=reason, labels=labels)

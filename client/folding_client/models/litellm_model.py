@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
@@ -56,11 +56,7 @@ class LitellmModel:
         request = {"model": self._id, "messages": chat_messages(messages, self._dialect), **self._options}
         if tools:
             request["tools"] = chat_tools(tools)
-
-        async def send() -> Any:  # noqa: ANN401
-            return await _send(request)
-
-        return _reply(await with_retries(self._settings.retries, send, self._note))
+        return _reply(await with_retries(self._settings.retries, partial(_send, request), self._note))
 
 
 def _provider(model: str) -> str:

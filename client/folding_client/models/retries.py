@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -39,19 +40,12 @@ async def with_retries(
 
     ProviderDown after the last try, or if the provider asks to wait longer than the policy allows.
     """
-
-    def wait(state: RetryCallState) -> float:
-        return _wait(policy, state)
-
-    def report(state: RetryCallState) -> None:
-        note(str(_failure(state)), state.upcoming_sleep)
-
     try:
         async for attempt in AsyncRetrying(
             stop=_gives_up(policy),
-            wait=wait,
+            wait=partial(_wait, policy),
             retry=retry_if_exception_type(Transient),
-            before_sleep=report,
+            before_sleep=partial(_report, note),
             reraise=True,
         ):
             with attempt:
@@ -71,6 +65,10 @@ def _wait(policy: RetryPolicy, state: RetryCallState) -> float:
     doubled = min(policy.first_wait * 2.0 ** (state.attempt_number - 1), policy.longest_wait)
     asked = _failure(state).retry_after or 0.0
     return max(asked, doubled * random.uniform(0.5, 1.0))  # noqa: S311
+
+
+def _report(note: Callable[[str, float], None], state: RetryCallState) -> None:
+    note(str(_failure(state)), state.upcoming_sleep)
 
 
 def _gives_up(policy: RetryPolicy) -> Callable[[RetryCallState], bool]:
