@@ -2,15 +2,16 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from films import film, halves
-from folding_server.simulator import Paper, apply, flip, fold
+from folding_server.simulator import Paper, apply, flip, fold, new_paper, rotate, unfold
 from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.swings import contradiction, watched
+from folding_server.vision.solver.swings import Watched, contradiction, watched
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +28,8 @@ def test_the_side_that_was_lifted_agrees_with_its_fold(right_part_lifted: Paper)
     other_side = contradiction(halves(), fold(halves(), (5, 6), -1), seen)
     turned_over = contradiction(halves(), flip(halves(), "x"), seen)
     nothing = contradiction(halves(), halves(), seen)
-    assert truth < 0.1
-    assert min(other_side, turned_over, nothing) > truth + 0.1
+    assert truth < 0.2
+    assert min(other_side, turned_over, nothing) > truth + 0.4
 
 
 def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
@@ -46,7 +47,7 @@ def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
 def test_proposals_take_the_images_in_between_into_account(right_part_lifted: Paper) -> None:
     best, *others = propose(halves(), see_sequence(film()), film().frame_count, 3)
     assert best.action_class == "fold"
-    assert best.swing < 0.1
+    assert best.swing < 0.2
     assert all(best.swing <= other.swing + 0.1 for other in others)
     found = halves()
     for action in best.actions:
@@ -54,3 +55,45 @@ def test_proposals_take_the_images_in_between_into_account(right_part_lifted: Pa
     assert sorted(map(found.back_up, found.faces)) == sorted(
         map(right_part_lifted.back_up, right_part_lifted.faces)
     )
+
+
+def test_the_table_seen_in_between_refutes_plans_that_leave_paper_there() -> None:
+    paper = halves()
+    middle = np.array([[0.8, 0.1 * k] for k in range(10)] * 3)
+    bare, never = np.ones(len(middle), bool), np.zeros(len(middle), bool)
+    seen = Watched(middle, changed=bare, still=never, turned=never, bare=bare)
+    assert contradiction(paper, fold(paper, (5, 6), 1), seen) == 0
+    assert contradiction(paper, flip(paper, "x"), seen) == 0
+    assert contradiction(paper, fold(paper, (5, 6), -1), seen) == 1
+    assert contradiction(paper, paper, seen) == 1
+
+
+def test_a_lower_layer_that_stays_hides_the_table() -> None:
+    paper = fold(new_paper(), (1, 3), 1)
+    places = np.array([[0.1 + 0.01 * k, 0.1] for k in range(30)])
+    yes, no = np.ones(30, bool), np.zeros(30, bool)
+    opened, over = unfold(paper), flip(paper, "x")
+    assert contradiction(paper, opened, Watched(places, changed=yes, still=no, turned=yes, bare=no)) == 0
+    assert contradiction(paper, opened, Watched(places, changed=yes, still=no, turned=no, bare=yes)) == 1
+    assert contradiction(paper, over, Watched(places, changed=yes, still=no, turned=no, bare=yes)) == 0
+
+
+def test_paper_that_slides_may_look_the_same_but_never_shows_its_other_side() -> None:
+    turned = rotate(new_paper(), 30)
+    places = np.array([[0.4 + 0.01 * k, 0.4] for k in range(25)])
+    yes, no = np.ones(25, bool), np.zeros(25, bool)
+    assert contradiction(new_paper(), turned, Watched(places, changed=no, still=yes, turned=no, bare=no)) == 0
+    assert (
+        contradiction(new_paper(), turned, Watched(places, changed=yes, still=no, turned=yes, bare=no)) == 1
+    )
+    assert (
+        contradiction(
+            new_paper(), flip(new_paper(), "x"), Watched(places, changed=no, still=yes, turned=no, bare=no)
+        )
+        == 1
+    )
+
+
+def test_few_watched_places_say_nothing() -> None:
+    seen = Watched(np.array([[0.5, 0.5]]), *(np.array([True]) for _ in range(4)))
+    assert contradiction(new_paper(), new_paper(), seen) == 0

@@ -24,6 +24,25 @@ def test_the_moving_side_changes_and_the_other_stays() -> None:
     assert found.moved[moving[:, 1], moving[:, 0]].min() > 0.5
 
 
+def test_the_table_shows_where_all_of_the_paper_was_lifted_and_the_other_side_where_it_comes_to_lie() -> None:
+    found = movement(see_sequence(film()), 2)
+    assert found is not None
+    left, right = (
+        found.before.grid.to_pixel([[x, y] for y in (0.3, 0.65)]).round().astype(int) for x in (0.52, 0.92)
+    )
+    assert found.bared[right[:, 1], right[:, 0]].min() > 0.5
+    assert found.turned[right[:, 1], right[:, 0]].max() == 0
+    assert found.turned[left[:, 1], left[:, 0]].min() > 0
+    assert found.bared[left[:, 1], left[:, 0]].max() == 0
+
+
+def test_the_edge_of_the_paper_is_not_watched_since_the_sheet_may_drift() -> None:
+    found = movement(see_sequence(film()), 2)
+    assert found is not None
+    column, row = found.before.grid.to_pixel([0.5, 0.985]).round().astype(int)
+    assert found.watched[row, column] == 0
+
+
 def test_hands_in_the_images_between_are_unknown() -> None:
     seen = see_sequence(film()).between(2, 96)
     assert len(seen) == 4

@@ -134,7 +134,7 @@ def between_drifts(first: Drift, second: Drift, share: float) -> Drift:
 
 
 def frame_camera(
-    scene: Scene, level: Level, size: tuple[int, int], sheet_fraction: float, seed: int, moment: Moment
+    scene: Scene, level: Level, size: tuple[int, int], seed: int, moment: Moment, sheet_fraction: float
 ) -> Camera:
     """The camera at a moment; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter
     side.

@@ -1,6 +1,7 @@
 """One sitting of the photographer: the scene, the paper at each keyframe and on its way to the next."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from folding_schemas.actions import Program
@@ -51,7 +52,7 @@ class Session:
 
     def camera(self, moment: Moment) -> Camera:
         """The camera at a moment."""
-        return frame_camera(self.scene, self.level, self.size, self.sheet_fraction, self.seed, moment)
+        return frame_camera(self.scene, self.level, self.size, self.seed, moment, self.sheet_fraction)
 
     def placement(self, index: int) -> Placement:
         """The paper on the table at a keyframe, counted from 0."""
@@ -116,10 +117,7 @@ def prepare(program: Program, seed: int, level: Level, size: tuple[int, int], be
     spots = pivots(program)
     x, y = middle(papers, spots)
     centers = tuple((x + px, y + py) for px, py in spots)
-
-    def camera_at(sheet_fraction: float) -> Camera:
-        return frame_camera(scene, level, size, sheet_fraction, seed, Moment(0))
-
+    camera_at = partial(frame_camera, scene, level, size, seed, Moment(0))
     wanted = float(stream(seed, "framing").uniform(0.46, 0.56))
     return Session(
         seed,

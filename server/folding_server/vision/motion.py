@@ -8,14 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.vision.colours import Image, to_lab
-from folding_server.vision.labels import UNKNOWN, is_paper
+from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
 from folding_server.vision.mixing import Bools
 from folding_server.vision.seeing import Eyes, SeenFrame
 
-CHANGED = 9.0
+CHANGED = 7.0
 """Distance in Lab from which a pixel no longer shows what it did, changes of the light allowed for."""
 AROUND_HANDS = 0.04
 """Sheet units around hands in which shadows and blur tell nothing."""
+AT_EDGES = 0.03
+"""Sheet units from the edge of the paper in which the table may show because the sheet drifted."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,17 @@ class Movement:
     """Where the paper of one photo stayed or moved on the way to the next, on that photo's grid.
 
     ``moved`` (rows, cols) float32 is the share, 0 to 1, of the images in between in which a pixel of the paper no
-    longer shows what it did; ``watched`` (rows, cols) uint8 in how many of them no hand hid it. Where that is 0
-    nothing is known and ``moved`` is 0. Both are 0 off the paper.
+    longer shows what it did, ``turned`` of those in which it shows the other side, ``bared`` of those in which it
+    shows the table; ``watched`` (rows, cols) uint8 in how many of the ``images`` no hand hid it. Where that is 0 nothing is
+    known and the others are 0. All are 0 off the paper.
     """
 
     before: SeenFrame
     moved: Image
+    turned: Image
+    bared: Image
     watched: npt.NDArray[np.uint8]
+    images: int
 
 
 def movement(eyes: Eyes, frame: int, pixels_per_unit: float = 64.0) -> Movement | None:
@@ -40,16 +46,33 @@ def movement(eyes: Eyes, frame: int, pixels_per_unit: float = 64.0) -> Movement 
 
 def disturbed(before: SeenFrame, images: Sequence[SeenFrame]) -> Movement:
     """Where the paper of a photo looks different in later images of the same grid."""
-    paper = is_paper(before.labels)
-    reach = 2 * max(1, round(AROUND_HANDS * before.grid.pixels_per_unit)) + 1
-    changes = np.zeros(paper.shape, np.float32)
-    watched = np.zeros(paper.shape, np.uint8)
-    for image in images:
-        hidden = cv2.dilate((image.labels == UNKNOWN).astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
-        free = paper & ~hidden
-        watched += free.astype(np.uint8)
-        changes += free & _different(before, image, free)
-    return Movement(before, np.asarray(changes / np.maximum(watched, 1), np.float32), watched)
+    scale = before.grid.pixels_per_unit
+    paper = cv2.erode(is_paper(before.labels).astype(np.uint8), _square(AT_EDGES * scale)) > 0
+    free = [paper & ~_near_hands(image) for image in images]
+    bare = [image.labels == BACKGROUND for image in images]
+    turned = [is_paper(image.labels) & (image.labels != before.labels) for image in images]
+    moved = [_different(before, image, clear) for image, clear in zip(images, free, strict=True)]
+    watched = np.asarray(np.sum(free, axis=0), np.uint8)
+    shares = [_share(shown, free) for shown in (moved, turned, bare)]
+    return Movement(before, shares[0], shares[1], shares[2], watched, len(images))
+
+
+def _share(shown: Sequence[Bools], free: Sequence[Bools]) -> Image:
+    """The share of the images in which something shows, of those in which nothing hides it."""
+    times = np.sum([a & b for a, b in zip(shown, free, strict=True)], axis=0, dtype=np.float32)
+    return np.asarray(times / np.maximum(np.sum(free, axis=0), 1), np.float32)
+
+
+def _near_hands(image: SeenFrame) -> Bools:
+    """Where hands are, or near."""
+    hidden = (image.labels == UNKNOWN).astype(np.uint8)
+    return np.asarray(cv2.dilate(hidden, _square(AROUND_HANDS * image.grid.pixels_per_unit)) > 0)
+
+
+def _square(reach: float) -> npt.NDArray[np.uint8]:
+    """A square that reaches so many pixels from its middle, at least one."""
+    side = 2 * max(1, round(reach)) + 1
+    return np.ones((side, side), np.uint8)
 
 
 def _different(before: SeenFrame, image: SeenFrame, free: Bools) -> Bools:

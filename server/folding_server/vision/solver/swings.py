@@ -14,8 +14,14 @@ from folding_server.vision.solver.scene import Mask, spread_over
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""
-STILL_SHARE = 0.5
-"""Paper without a pattern may be lifted and look the same: that it does speaks only so much against its moving."""
+STILL_SHARE = 0.25
+"""Paper that turns over may look the same in the images there are: that it does speaks only so much against it."""
+FEWEST_LOOKS = 2
+"""Images that have to show a place for its lying still to mean anything, and all of them but one."""
+DIMMED_SHARE = 0.15
+"""Paper that looks different but shows the same side may lie in a shadow: so much that speaks against its lying still."""
+CERTAIN = 0.2
+"""The share of the paper that has to contradict a plan for it to be as good as refuted."""
 NOWHERE = 1e3
 """The coordinates of what is not on the paper."""
 _POINTS = 300
@@ -24,54 +30,98 @@ _FEWEST = 20
 
 @dataclass(frozen=True)
 class Watched:
-    """Places on the folded paper (n, 2) that were watched between two photos, and whether each was seen to change."""
+    """Places on the folded paper (n, 2) that were watched between two photos, and what was seen there.
+
+    Whether each ``changed`` its look in some image, or was ``still`` in most of them; whether the other side was
+    seen, ``turned``, or the table, ``bare``.
+    """
 
     places: Floats
     changed: Mask
+    still: Mask
+    turned: Mask
+    bare: Mask
 
 
 def watched(movement: Movement, last: Isometry) -> Watched:
     """The visible paper of the photo before, in the plane of its state, which lay there under the motion ``last``."""
-    rows, cols = spread_over(movement.watched > 0, _POINTS)
-    plane = movement.before.grid.to_plane(np.stack([cols, rows], axis=1))
-    return Watched(carried(plane, inverse_of(last)), np.asarray(movement.moved[rows, cols] > 0))
+    spots = spread_over(movement.watched > 0, _POINTS)
+    plane = movement.before.grid.to_plane(np.stack([spots[1], spots[0]], axis=1))
+    changed, turned, bare = (
+        np.asarray(share[spots] > 0) for share in (movement.moved, movement.turned, movement.bared)
+    )
+    often = movement.watched[spots] >= max(FEWEST_LOOKS, movement.images - 1)
+    return Watched(carried(plane, inverse_of(last)), changed, ~changed & often, turned, bare)
 
 
 def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
-    """The share of the watched paper that moved although the plan leaves it, or did not although it should, 0 to 1.
+    """How much the images in between speak against a plan, from 0 to 1.
 
-    Paper that stays but is covered afterwards may have changed or not. Too few places say nothing.
+    Where the plan leaves any paper the table cannot show, and where it leaves the paper on top in sight its other
+    side cannot; paper that turns over is seen to change. The share of the watched places where this is not so
+    counts, 1 from CERTAIN on. Paper that stays but is covered afterwards may look like anything. Too few places
+    say nothing.
     """
     if len(seen.places) < _FEWEST:
         return 0.0
-    faces, sheet = _looked_up(before, seen.places)
-    found = faces >= 0
-    there = _now_at(after, sheet)
-    moves = np.linalg.norm(there - seen.places, axis=1) > MOVED
-    _, covers = _looked_up(after, seen.places)
-    stays_seen = ~moves & (np.linalg.norm(covers - sheet, axis=1) < MOVED)
-    wrong = (stays_seen & seen.changed) + STILL_SHARE * (moves & ~seen.changed)
-    return float(wrong[found].mean()) if found.any() else 0.0
+    layers = [_layer(before, after, face, seen.places) for face in reversed(before.order)]
+    found = np.any([layer.here for layer in layers], axis=0)
+    stays = np.any([layer.here & ~layer.moves for layer in layers], axis=0)
+    top = _topmost(layers)
+    shown = ~top.moves & (np.linalg.norm(_on_top(after, seen.places) - top.sheet, axis=1) < MOVED)
+    slides = not any(layer.turns.any() for layer in layers)
+    impossible = (stays & seen.bare) | ((shown | slides) & seen.turned)
+    unlikely = DIMMED_SHARE * (shown & seen.changed) + STILL_SHARE * (top.turns & seen.still)
+    wrong = np.where(impossible, 1.0, unlikely)[found]
+    return min(1.0, float(wrong.mean()) / CERTAIN) if len(wrong) else 0.0
 
 
-def _looked_up(paper: Paper, places: Floats) -> tuple[Floats, Floats]:
-    """The rank of the top face at each place, -1 off the paper, and the point of the sheet that shows there."""
-    ranks = np.full(len(places), -1.0)
+@dataclass(frozen=True)
+class _Layer:
+    """One face at each place: whether it is ``here``, the point of the ``sheet`` there, and what becomes of that."""
+
+    here: Mask
+    sheet: Floats
+    moves: Mask
+    turns: Mask
+
+
+def _layer(before: Paper, after: Paper, face: int, places: Floats) -> _Layer:
+    here = _inside(before.polygon(face), places)
+    sheet = np.where(here[:, None], carried(places, before.isometries[face].inverse()), NOWHERE)
+    there, back = _now_at(after, sheet)
+    moves = here & (np.linalg.norm(there - places, axis=1) > MOVED)
+    return _Layer(here, sheet, moves, moves & (back != before.back_up(face)))
+
+
+def _topmost(layers: Sequence[_Layer]) -> _Layer:
+    """What lies on top at each place, of layers from top to bottom."""
+    places = np.argmax([layer.here for layer in layers], axis=0), np.arange(len(layers[0].here))
+    return _Layer(
+        np.stack([layer.here for layer in layers])[places],
+        np.stack([layer.sheet for layer in layers])[places],
+        np.stack([layer.moves for layer in layers])[places],
+        np.stack([layer.turns for layer in layers])[places],
+    )
+
+
+def _on_top(paper: Paper, places: Floats) -> Floats:
+    """The point of the sheet that shows at each place."""
     sheet = np.full_like(places, NOWHERE)
-    for rank, face in enumerate(paper.order):
+    for face in paper.order:
         inside = _inside(paper.polygon(face), places)
-        ranks[inside] = rank
         sheet[inside] = carried(places[inside], paper.isometries[face].inverse())
-    return ranks, sheet
+    return sheet
 
 
-def _now_at(paper: Paper, sheet: Floats) -> Floats:
-    """Where points of the sheet lie now."""
-    now = np.full_like(sheet, NOWHERE)
+def _now_at(paper: Paper, sheet: Floats) -> tuple[Floats, Mask]:
+    """Where points of the sheet lie now, and whether back up."""
+    now, back = np.full_like(sheet, NOWHERE), np.zeros(len(sheet), bool)
     for face in paper.faces:
         inside = _inside(paper.sheet_polygon(face), sheet)
         now[inside] = carried(sheet[inside], paper.isometries[face])
-    return now
+        back[inside] = paper.back_up(face)
+    return now, back
 
 
 def _inside(outline: Sequence[Point], places: Floats) -> Mask:
