@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
-from folding_server.frames.differences import difference, regions, soften
+from folding_server.frames.differences import difference, soften, solid_area
 from folding_server.frames.keyframes import propose_keyframes
 from folding_server.frames.sequence_writer import Paper, keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence
@@ -64,6 +64,38 @@ def test_a_state_is_shown_without_the_hand_where_the_film_ever_does(tmp_path: Pa
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3]
 
 
+def test_a_hand_that_rests_before_it_leaves_makes_no_keyframe_of_its_own(tmp_path: Path) -> None:
+    shots = [
+        Rest(SQUARE, 2.0), Work(SQUARE, TRIANGLE), Hold(TRIANGLE, seconds=1.5), Rest(TRIANGLE, 2.0),
+        Work(TRIANGLE, HOUSE), Hold(HOUSE, at=(0.6, 0.6), seconds=1.5), Rest(HOUSE, 2.0), Hold(HOUSE),
+    ]  # fmt: skip
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3, 6]
+
+
+def test_of_states_seen_under_hands_the_least_covered_rest_is_taken(tmp_path: Path) -> None:
+    shots = [
+        Rest(SQUARE, 2.0), Work(SQUARE, HOUSE), Hold(HOUSE, at=(0.6, 0.6), seconds=1.5),
+        Hold(HOUSE, at=(0.8, 0.7), seconds=1.5), Work(HOUSE, TRIANGLE), Rest(TRIANGLE, 2.0),
+    ]  # fmt: skip
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3, 5]
+
+
+def test_where_hands_never_leave_no_state_is_lost(tmp_path: Path) -> None:
+    states = (SQUARE, TRIANGLE, KITE, HOUSE)
+    places = ((0.8, 0.7), (0.75, 0.65), (0.8, 0.6), (0.82, 0.75))
+    shots = [Hold(state, at, 1.5) for state, at in zip(states, places, strict=True)]
+    clip = write_clip(tmp_path / "clip.mp4", shots)
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 1, 2, 3]
+
+
+def test_a_camera_that_is_nudged_makes_no_keyframe(tmp_path: Path) -> None:
+    shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE, 3.0), Work(TRIANGLE, HOUSE), Rest(HOUSE)]
+    clip = write_clip(tmp_path / "clip.mp4", shots, Camera(nudged=4.1))
+    assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4]
+
+
 def test_a_state_seen_only_under_a_resting_hand_counts(tmp_path: Path) -> None:
     shots = [
         Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE),
@@ -119,9 +151,9 @@ def test_a_change_of_light_or_grain_is_no_difference() -> None:
     scene = np.repeat(np.linspace(60, 200, 160)[None, :, None], 120, axis=0).repeat(3, axis=2)
     first = soften((scene + random.normal(0, 3, scene.shape)).astype(np.uint8))
     second = soften((scene * 0.85 + random.normal(0, 3, scene.shape)).astype(np.uint8))
-    assert regions(difference(first, second), 10) == 0
+    assert solid_area(difference(first, second), 10) == 0
     second[40:60, 40:60] += 60
-    assert regions(difference(first, second), 10) == 1
+    assert solid_area(difference(first, second), 10) == 20 * 20
 
 
 def test_the_written_folder_is_a_sequence_with_images_in_between(tmp_path: Path) -> None:

@@ -4,10 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import cast
 
 import av
 import cv2
 import numpy as np
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 Rgb = NDArray[np.uint8]
@@ -57,7 +59,10 @@ Shot = Rest | Hold | Work
 
 @dataclass(frozen=True)
 class Camera:
-    """How a clip is taken: pictures a second (or repeating steps in milliseconds), size, grain, flicker."""
+    """How a clip is taken: pictures a second (or repeating steps in milliseconds), size, grain, flicker.
+
+    `nudged` is the second from which on the camera stands a little elsewhere.
+    """
 
     rate: int = 20
     steps: tuple[int, ...] = ()
@@ -66,6 +71,7 @@ class Camera:
     grain: float = 2.0
     flicker: float = 0.02
     turned: int = 0
+    nudged: float = np.inf
     codec: str = "libx264"
 
 
@@ -104,7 +110,7 @@ def write_clip(path: Path, shots: Sequence[Shot], camera: Camera = Camera(), see
 def encode(path: Path, frames: Iterator[Rgb], times: Sequence[float], camera: Camera = Camera()) -> None:
     """Write `frames` shown at `times` (seconds) as a video."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream(camera.codec, rate=camera.rate)
+        stream = cast("VideoStream", container.add_stream(camera.codec, rate=camera.rate))
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, 1000)
         stream.codec_context.gop_size = 25
@@ -149,6 +155,11 @@ def _frame(
         cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], color, cv2.LINE_AA, 4)
     if hand is not None:
         _draw_hand(picture, hand)
+    if time >= camera.nudged:
+        motion = np.array([[1, 0.01, 3], [-0.01, 1, 4]], np.float32)
+        picture = cv2.warpAffine(
+            picture, motion, (camera.width, camera.height), borderMode=cv2.BORDER_REPLICATE
+        )
     picture *= 1 + camera.flicker * np.sin(time * 17)
     picture += grain
     return np.rot90(np.clip(picture, 0, 255).astype(np.uint8), -camera.turned // 90)
@@ -167,10 +178,13 @@ def _what(shot: Shot, part: float) -> tuple[State, tuple[float, float] | None]:
 
 
 def _draw_hand(picture: NDArray[np.float32], at: tuple[float, float]) -> None:
-    """A palm with an arm that reaches over the right border."""
+    """A palm with an arm that reaches over the right border, and the shadow beside it."""
     height, width = picture.shape[:2]
     palm = (int(at[0] * width), int(at[1] * height))
     wrist = (palm[0] + width // 8, palm[1] + height // 16)
+    shade = np.zeros((height, width), np.float32)
+    cv2.ellipse(shade, (palm[0] - 6, palm[1] + 8), (width // 11, height // 9), 20, 0, 360, 1.0, -1)
+    picture *= 1 - 0.2 * cv2.GaussianBlur(shade, (0, 0), 3)[..., None]
     cv2.line(picture, palm, wrist, SKIN, height // 8, cv2.LINE_AA)
     cv2.line(picture, wrist, (width + width // 4, palm[1] + height // 4), SLEEVE, height // 6, cv2.LINE_AA)
     cv2.ellipse(picture, palm, (width // 11, height // 9), 20, 0, 360, SKIN, -1, cv2.LINE_AA)

@@ -12,6 +12,9 @@ Mask = NDArray[np.bool_]
 
 LEAST_STEP = 10.0
 MOST_STEP = 28.0
+NUDGED_PART = 0.04
+"""The furthest that a nudge moves a corner of the picture, as a part of its longer side."""
+_ROUNDS = 40
 _NOISE_FACTOR = 6.0
 _DARK = 12.0
 _SPARSE = 3
@@ -29,9 +32,8 @@ def difference(before: Small, after: Small, least_step: float = LEAST_STEP) -> M
     right as long as half of the picture has not changed. The noise is read off the median difference.
     """
     sparse = (slice(None, None, _SPARSE), slice(None, None, _SPARSE))
-    ratio = (after[sparse] + _DARK) / (before[sparse] + _DARK)
-    gain = np.median(ratio.reshape(-1, 3), axis=0).astype(np.float32)
-    step = _widest(np.abs(after - before * gain - _DARK * (gain - 1)))
+    gain = _gain(before[sparse], after[sparse])
+    step = _widest(np.abs(after - _in_light(before, gain)))
     noise = 1.4826 * float(np.median(step[sparse]))
     return step > min(max(_NOISE_FACTOR * noise, least_step), MOST_STEP)
 
@@ -41,18 +43,60 @@ def _widest(steps: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.maximum(np.maximum(steps[..., 0], steps[..., 1]), steps[..., 2])
 
 
-def regions(mask: Mask, least: float, ring: Mask | None = None) -> int:
-    """How many separate regions of at least `least` pixels `mask` has, thin lines not counted.
+def solid_area(mask: Mask, least: float, ring: Mask | None = None) -> int:
+    """The pixels of `mask` in regions of at least `least` pixels, thin lines not counted.
 
     With `ring`, regions that reach into it are not counted: what comes in over the border is a hand.
     """
+    labels, areas = _pieces(mask)
+    outer = set(np.unique(labels[ring]).tolist()) if ring is not None else set()
+    counted = (area for label, area in enumerate(areas) if label > 0 and label not in outer)
+    return int(sum(area for area in counted if area >= least))
+
+
+def reaching(mask: Mask, ring: Mask) -> Mask:
+    """The regions of `mask` that reach into `ring`, thin lines not counted."""
+    labels, _ = _pieces(mask)
+    found: Mask = np.isin(labels, np.setdiff1d(labels[ring], [0]))
+    return found
+
+
+def _pieces(mask: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """The number of the region of each pixel, 0 for none, and the area of each; thin lines are left out."""
     solid = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     joined = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8)
-    reaching = set(np.unique(labels[ring])) if ring is not None else set()
-    return sum(
-        1 for label in range(1, count) if stats[label, cv2.CC_STAT_AREA] >= least and label not in reaching
-    )
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8)
+    return np.asarray(labels, np.int32), np.asarray(stats[:, cv2.CC_STAT_AREA], np.int32)
+
+
+def nudged_back(before: Small, after: Small, shown: Mask | None = None) -> Small | None:
+    """`after` moved onto `before` as well as a small motion of the whole picture can; None if none fits.
+
+    The motion is rigid, found by the enhanced correlation coefficient (Evangelidis and Psarakis, 2008) of
+    what is `shown`. What it brings in over the border is taken from `before`.
+    """
+    height, width = before.shape[:2]
+    start = np.eye(2, 3, dtype=np.float32)
+    enough = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, _ROUNDS, 1e-4)
+    mask = None if shown is None else shown.astype(np.uint8)
+    try:
+        _, motion = cv2.findTransformECC(
+            _grey(before), _grey(after), start, cv2.MOTION_EUCLIDEAN, enough, mask, 5
+        )
+    except cv2.error:
+        return None
+    corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1]], np.float32)
+    moved = np.abs(corners @ motion.T - corners[:, :2]).max()
+    if moved > NUDGED_PART * max(height, width):
+        return None
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    size = (width, height)
+    back = cv2.warpAffine(after, motion, size, before.copy(), flags, cv2.BORDER_TRANSPARENT)
+    return cast("Small", back)
+
+
+def _grey(picture: Small) -> NDArray[np.float32]:
+    return np.asarray(picture.mean(axis=2), np.float32)
 
 
 def border_ring(shape: tuple[int, ...]) -> Mask:
@@ -67,8 +111,22 @@ def border_ring(shape: tuple[int, ...]) -> Mask:
 def usual(samples: NDArray[np.float32], within: float = LEAST_STEP) -> NDArray[np.float32]:
     """The value that each pixel has most often, shape (pixels, 3), from samples of shape (count, pixels, 3).
 
-    A bare table is the same each time it is seen; hands and sleeves hardly ever are.
+    A bare table is the same each time it is seen, once all samples are brought to one level of light; hands
+    and sleeves hardly ever are.
     """
-    votes = np.stack([(_widest(np.abs(samples - one)) < within).sum(axis=0) for one in samples])
-    winners: NDArray[np.float32] = samples[votes.argmax(axis=0), np.arange(samples.shape[1])]
+    typical = np.median(samples, axis=0)
+    levelled = np.stack([_in_light(sample, _gain(sample, typical)) for sample in samples])
+    votes = np.stack([(_widest(np.abs(levelled - one)) < within).sum(axis=0) for one in levelled])
+    winners: NDArray[np.float32] = levelled[votes.argmax(axis=0), np.arange(samples.shape[1])]
     return winners
+
+
+def _gain(before: Small, after: Small) -> NDArray[np.float32]:
+    """How much brighter each channel has become: the median ratio, the darkest pixels counting less."""
+    ratio = (after + _DARK) / (before + _DARK)
+    return cast("NDArray[np.float32]", np.median(ratio.reshape(-1, 3), axis=0).astype(np.float32))
+
+
+def _in_light(picture: Small, gain: NDArray[np.float32]) -> Small:
+    """The picture in another light."""
+    return cast("Small", picture * gain + _DARK * (gain - 1))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from folding_server.errors import PhotoError
-from folding_server.frames.hands import know_scene
+from folding_server.frames.hands import Scene, know_scene
 from folding_server.frames.stillness import Still, Watched, watch
 from folding_server.frames.video import Moment, Video, open_video
 
@@ -40,20 +40,47 @@ def propose_keyframes(
 
 
 def choose(watched: Watched) -> list[Still]:
-    """The still spans that show new states of the paper, in order; at least one span must be given."""
+    """The still spans that show new states of the paper, in order; at least one span must be given.
+
+    A state is shown by a span without hands if the film has one. One with hands counts where the paper plainly
+    differs from what the spans without hands before and after it show.
+    """
     scene = know_scene(watched)
     least = CHANGED_PART * scene.table.shape[0] * scene.table.shape[1]
-    chosen: list[tuple[Still, bool]] = []
+    chosen: list[Still] = []
+    held: list[Still] = []
     for still, free in zip(watched.stills, scene.free, strict=True):
-        if not chosen:
-            chosen.append((still, free))
-        elif not free and still.seconds < HELD_SECONDS:
-            continue
-        elif scene.changed(chosen[-1][0].picture, still.picture, least, free=free and chosen[-1][1]):
-            chosen.append((still, free))
-        elif free and not chosen[-1][1]:
-            chosen[-1] = still, free
-    return [still for still, _ in chosen]
+        if free:
+            hidden = _hidden_states(scene, least, chosen[-1:], held, [still])
+            if hidden or not chosen or scene.changed(chosen[-1].picture, still.picture, least, free=True):
+                chosen += [*hidden, still]
+            held = []
+        elif still.seconds >= HELD_SECONDS or not chosen:
+            held.append(still)
+    return chosen + _hidden_states(scene, least, chosen[-1:], held, [])
+
+
+def _hidden_states(
+    scene: Scene, least: float, before: list[Still], held: list[Still], after: list[Still]
+) -> list[Still]:
+    """Of the spans `held` under hands those that show states of their own, the least covered one for each.
+
+    `before` and `after` hold the neighbours without hands, if there are any.
+    """
+    found: list[Still] = []
+    for still in held:
+        if all(_differ(scene, least, other, still) for other in (found or before)[-1:]):
+            found.append(still)
+        elif found and scene.covered(still.picture) < scene.covered(found[-1].picture):
+            found[-1] = still
+    while found and after and not _differ(scene, least, found[-1], after[0]):
+        found.pop()
+    return found
+
+
+def _differ(scene: Scene, least: float, first: Still, second: Still) -> bool:
+    """Whether two spans, hands in them or not, show different papers."""
+    return scene.changed(first.picture, second.picture, least, free=False)
 
 
 def _told(clip: Video, moments: Iterable[Moment], progress: Progress | None) -> Iterator[Moment]:

@@ -129,15 +129,15 @@ def _canvas(across: int, bars: Sequence[bool], cell: Size, bar: int) -> Size:
 
 def _best_wrap(count: int, rows_a_band: int, aspect: float, max_side: int) -> int:
     """How many columns to put in a band so that cells are as large as they can be."""
-
-    def width(bands: int) -> float:
-        across = -(-count // bands)
-        by_width = (max_side - GAP) / across - GAP
-        by_height = (max_side - GAP - 30 * bands) / (bands * rows_a_band) - GAP
-        return min(by_width, by_height * aspect)
-
-    best = max(range(1, count + 1), key=lambda bands: (width(bands), -bands))
-    return -(-count // best)
+    wraps = {bands: -(-count // bands) for bands in range(1, count + 1)}
+    widths = {
+        bands: min(
+            (max_side - GAP) / across - GAP,
+            ((max_side - GAP - 30 * bands) / (bands * rows_a_band) - GAP) * aspect,
+        )
+        for bands, across in wraps.items()
+    }
+    return wraps[max(widths, key=lambda bands: (widths[bands], -bands))]
 
 
 def _draw(canvas: Image.Image, tile: Tile, corner: Size, cell: Size, bar: int) -> None:

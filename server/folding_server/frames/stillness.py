@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.frames.differences import Small, border_ring, difference, regions, soften
+from folding_server.frames.differences import Small, border_ring, difference, soften, solid_area
 from folding_server.frames.video import Moment
 
 MOVING_PART = 0.0012
@@ -51,7 +51,8 @@ class _Span:
         """Whether nothing has moved since the last picture, nor crept away since the first."""
         least = MOVING_PART * picture.shape[0] * picture.shape[1]
         return not any(
-            regions(difference(earlier, picture, MOVING_STEP), least) for earlier in (self.last, self.first)
+            solid_area(difference(earlier, picture, MOVING_STEP), least)
+            for earlier in (self.last, self.first)
         )
 
     def add(self, moment: Moment, picture: Small) -> None:
