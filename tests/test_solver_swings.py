@@ -94,6 +94,16 @@ def test_paper_that_slides_may_look_the_same_but_never_shows_its_other_side() ->
     )
 
 
+def test_a_turn_of_the_whole_paper_bares_the_table_at_its_corners() -> None:
+    corners = np.array([[x + 0.005 * k, y] for x in (0.05, 0.92) for y in (0.05, 0.95) for k in range(6)])
+    yes, no = np.ones(24, bool), np.zeros(24, bool)
+    for degrees in (90, -90):
+        turned = rotate(new_paper(), degrees)
+        still = Watched(corners, changed=no, still=yes, turned=no, bare=no)
+        assert contradiction(new_paper(), turned, still) == 1
+        assert contradiction(new_paper(), turned, Watched(corners, yes, no, no, yes)) == 0
+
+
 def test_few_watched_places_say_nothing() -> None:
     seen = Watched(np.array([[0.5, 0.5]]), *(np.array([True]) for _ in range(4)))
     assert contradiction(new_paper(), new_paper(), seen) == 0

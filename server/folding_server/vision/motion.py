@@ -12,8 +12,12 @@ from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
 from folding_server.vision.mixing import Bools
 from folding_server.vision.seeing import Eyes, SeenFrame
 
-CHANGED = 7.0
-"""Distance in Lab from which a pixel no longer shows what it did, changes of the light allowed for."""
+LEAST_CHANGE, CHANGED = 3.5, 7.0
+"""Distances in Lab from which a pixel no longer shows what it did, changes of the light allowed for: in still pictures
+and in noisy ones, or where a pattern drifts.
+"""
+USUAL = 4.0
+"""So many times the usual distance is a change."""
 AROUND_HANDS = 0.04
 """Sheet units around hands in which shadows and blur tell nothing."""
 AT_EDGES = 0.03
@@ -80,7 +84,9 @@ def _different(before: SeenFrame, image: SeenFrame, free: Bools) -> Bools:
     step = _soft(image) - _soft(before)
     if free.any():
         step = step - np.median(step[free], axis=0) * _calm(step[free])
-    return np.asarray(np.linalg.norm(step, axis=-1) > CHANGED)
+    distance = np.linalg.norm(step, axis=-1)
+    usual = float(np.median(distance[free])) if free.any() else 0.0
+    return np.asarray(distance > np.clip(USUAL * usual, LEAST_CHANGE, CHANGED))
 
 
 def _calm(steps: npt.NDArray[np.float32]) -> float:

@@ -1,12 +1,13 @@
 """What a plan moves against what the images between two photos show moving: a lifted flap tells the side and the layers."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.simulator.plane_geometry import Isometry, Point, turn
 from folding_server.vision.grid import Floats
 from folding_server.vision.motion import Movement
 from folding_server.vision.solver.alignment import carried, inverse_of
@@ -22,6 +23,8 @@ DIMMED_SHARE = 0.15
 """Paper that looks different but shows the same side may lie in a shadow: so much that speaks against its lying still."""
 CERTAIN = 0.2
 """The share of the paper that has to contradict a plan for it to be as good as refuted."""
+LITTLE = 20.0
+"""A turn by fewer degrees bares too little of the table to tell."""
 NOWHERE = 1e3
 """The coordinates of what is not on the paper."""
 _POINTS = 300
@@ -58,7 +61,7 @@ def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
     """How much the images in between speak against a plan, from 0 to 1.
 
     Where the plan leaves any paper the table cannot show, and where it leaves the paper on top in sight its other
-    side cannot; paper that turns over is seen to change. The share of the watched places where this is not so
+    side cannot; paper that turns over is seen to change, and so is what a turn of the whole bares on its way. The share of the watched places where this is not so
     counts, 1 from CERTAIN on. Paper that stays but is covered afterwards may look like anything. Too few places
     say nothing.
     """
@@ -69,9 +72,10 @@ def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
     stays = np.any([layer.here & ~layer.moves for layer in layers], axis=0)
     top = _topmost(layers)
     shown = ~top.moves & (np.linalg.norm(_on_top(after, seen.places) - top.sheet, axis=1) < MOVED)
-    slides = not any(layer.turns.any() for layer in layers)
+    slides = before.faces == after.faces and not any(layer.turns.any() for layer in layers)
+    swept = _swept(before, after, seen.places) if slides else np.zeros(len(found), bool)
     impossible = (stays & seen.bare) | ((shown | slides) & seen.turned)
-    unlikely = DIMMED_SHARE * (shown & seen.changed) + STILL_SHARE * (top.turns & seen.still)
+    unlikely = DIMMED_SHARE * (shown & seen.changed) + STILL_SHARE * ((top.turns | swept) & seen.still)
     wrong = np.where(impossible, 1.0, unlikely)[found]
     return min(1.0, float(wrong.mean()) / CERTAIN) if len(wrong) else 0.0
 
@@ -103,6 +107,19 @@ def _topmost(layers: Sequence[_Layer]) -> _Layer:
         np.stack([layer.moves for layer in layers])[places],
         np.stack([layer.turns for layer in layers])[places],
     )
+
+
+def _swept(before: Paper, after: Paper, places: Floats) -> Mask:
+    """Which places of the paper lie bare when the whole of it has turned half of its way in its plane."""
+    face = next(iter(before.faces))
+    whole = after.isometries[face].after(before.isometries[face].inverse())
+    degrees = -math.degrees(math.atan2(whole.c, whole.a))
+    if abs(degrees) < LITTLE or whole.mirrors:
+        return np.zeros(len(places), bool)
+    (x, y) = np.linalg.solve([[1 - whole.a, -whole.b], [-whole.c, 1 - whole.d]], [whole.e, whole.f])
+    back = carried(places, turn(-degrees / 2, (float(x), float(y))))
+    covered = [_inside(before.polygon(face), back) for face in before.faces]
+    return np.asarray(~np.any(covered, axis=0))
 
 
 def _on_top(paper: Paper, places: Floats) -> Floats:
