@@ -32,13 +32,15 @@ ARM_CHANGED = 12.0
 """Cost, shadows not allowed for, from which what reaches in from the edge is an arm or its deep shadow."""
 ARM_STRANGE, ARM_FACTOR = 2.8, 2.5
 """Distance in Lab, shadows allowed for, from which it is one too, and how many times the usual that must be."""
+ARM_DEPARTS, DEPARTS_FACTOR = 3.0, 4.5
+"""Distance in Lab on the average, light and shadow or not, from which it is one as well, and the same."""
 SHADES = 4
 """Colours that an obstacle may have."""
 FEWEST = 60
 """Pixels of an obstacle from which its colours are known."""
 LEAD = 1.0
 """Nats by which a pixel must rather be the obstacle than table or paper to belong to it."""
-THINNEST_FINGER = 0.02
+THINNEST_FINGER = 0.03
 """Width, in sheet units, below which what has the obstacle's colours is none of it."""
 THINNEST_UNKNOWN = 0.03
 """Width, in sheet units, below which what fits no class is a blurred edge or a crease, not an object."""
@@ -46,6 +48,8 @@ SMALLEST_UNKNOWN = 0.004
 """Area, in sheet units squared, of the smallest object that may be in the way."""
 THINNEST_SLEEVE = 0.05
 """Width, in sheet units, below which paper colour that reaches in from the edge of the photo is no arm."""
+WIDEST_FINGER = 0.08
+"""Width, in sheet units, below which what looks like table beside a hand may be the end of a finger."""
 SMALLEST_SHEET = 0.05
 """Area, in sheet units squared, of the least paper that is certainly the sheet."""
 
@@ -107,16 +111,22 @@ def _odd(view: View) -> Bools:
 
 
 def _arms(view: View, recalled: Recalled) -> Bools:
-    """What is much darker or lighter than the table was, not paper, and reaches in broadly from the edge."""
+    """What is not the table that was there, not paper, and reaches in broadly from the edge, if by a sleeve like paper."""
     lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
     known = recalled.known.astype(np.float32)
     steady = cv2.blur(recalled.strangeness(view.lab).clip(0, 30) * known, (7, 7))
     steady = steady / np.maximum(cv2.blur(known, (7, 7)), 1e-3)
     usual = float(np.median(steady[recalled.known])) if recalled.known.any() else 0.0
+    departing = float(np.median(recalled.departure[recalled.known])) if recalled.known.any() else 0.0
     changed = (lit > ARM_CHANGED) | (steady > max(ARM_STRANGE, ARM_FACTOR * usual))
-    changed &= recalled.known & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
-    broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_SLEEVE, view.grid)) > 0
-    return touching_edge(np.asarray(broad), view.seen)
+    changed |= recalled.departure > max(ARM_DEPARTS, DEPARTS_FACTOR * departing)
+    changed &= recalled.known
+    other = changed & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
+    whole, broad = (
+        cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_SLEEVE, view.grid)) > 0
+        for mask in (changed, other)
+    )
+    return np.asarray(broad & touching_edge(np.asarray(whole), view.seen))
 
 
 def _alike(view: View, core: Bools) -> Bools:
@@ -178,6 +188,20 @@ def sleeves(paper: Bools, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
     around = np.ones((2 * len(kernel) + 1, 2 * len(kernel) + 1), np.uint8)
     thin = paper & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
     return np.asarray(reaching | thin)
+
+
+def fingertips(table: Bools, hidden: Bools, grid: Grid) -> Bools:
+    """Narrow parts of the table that touch what is ``hidden`` by an obstacle.
+
+    They are fingers or nails of the table's colour, or gaps between fingers: nothing that says where paper ends.
+    """
+    if not hidden.any():
+        return np.zeros(table.shape, bool)
+    wide = cv2.morphologyEx(table.astype(np.uint8), cv2.MORPH_OPEN, _disc(WIDEST_FINGER, grid))
+    narrow = (table & (wide == 0)).astype(np.uint8)
+    _, numbered = cv2.connectedComponents(narrow, connectivity=4)
+    beside = cv2.dilate(hidden.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return np.asarray((narrow > 0) & np.isin(numbered, np.unique(numbered[beside])))
 
 
 def touching_edge(mask: Bools, seen: Bools) -> Bools:

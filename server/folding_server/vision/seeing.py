@@ -12,7 +12,7 @@ from folding_server.vision.camera import scales_of
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import REACH, Grid, grid_over
 from folding_server.vision.inner_lines import inner_lines, strongest_near
-from folding_server.vision.labels import UNKNOWN, Labels
+from folding_server.vision.labels import UNKNOWN, Labels, is_paper
 from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos, Picture
@@ -41,7 +41,7 @@ class SeenFrame:
 
     ``labels``      (rows, cols) uint8, see :mod:`folding_server.vision.labels`
     ``rgb``         (rows, cols, 3) uint8, the rectified photo
-    ``confidence``  (rows, cols) float32, 0 to 1, how clear the class is
+    ``confidence``  (rows, cols) float32, 0 to 1, how clear the class is: 0 where it is unknown
     ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
     ``two_coloured`` False if the sides look alike: then all paper is FRONT, and so predictions are compared
     ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
@@ -56,6 +56,12 @@ class SeenFrame:
     two_coloured: bool
     scales: tuple[float, float]
 
+    @property
+    def paper_confidence(self) -> float:
+        """The mean confidence of all pixels that show paper, 0 to 1; 0 if none does."""
+        paper = is_paper(self.labels)
+        return float(self.confidence[paper].mean()) if paper.any() else 0.0
+
 
 @dataclass(frozen=True)
 class _Working:
@@ -64,6 +70,7 @@ class _Working:
     rgb: Picture
     shares: Image
     unknown: npt.NDArray[np.bool_]
+    clearness: Image
     edges: Image
 
 
@@ -133,7 +140,7 @@ class Eyes:
         rgb, seen = self.pose.rectify(photo, grid)
         found = segment(rgb, seen, grid, self.palette, self.memory)
         edges = self._lines(photo, found) if lines else np.zeros((grid.rows, grid.cols), np.float32)
-        return _Working(rgb, found.shares, found.unknown, edges)
+        return _Working(rgb, found.shares, found.unknown, found.clearness, edges)
 
     def _lines(self, photo: Picture, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
@@ -151,7 +158,8 @@ class Eyes:
         unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
         order = np.sort(shares, axis=-1)
         labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
-        confidence = np.where(unknown, 0.0, order[..., -1] - order[..., -2]).astype(np.float32)
+        clear = cv2.resize(working.clearness, size, interpolation=method)
+        confidence = np.where(unknown, 0.0, clear * (order[..., -1] - order[..., -2])).astype(np.float32)
         rgb = np.asarray(cv2.resize(working.rgb, size, interpolation=method), np.uint8)
         edges = strongest_near(working.edges, size)
         return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)

@@ -12,9 +12,9 @@ from folding_server.vision.colours import Image, to_lab
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACKGROUND, Labels, is_paper
 from folding_server.vision.mixing import Bools, class_lights, mixtures
-from folding_server.vision.obstacles import View, obstacles, sleeves, touching_edge
+from folding_server.vision.obstacles import View, fingertips, obstacles, sleeves, touching_edge
 from folding_server.vision.photos import Picture
-from folding_server.vision.specks import Evidence, with_thin_parts, without_specks
+from folding_server.vision.specks import SMALLEST_REGION, Evidence, with_thin_parts, without_specks
 from folding_server.vision.surfaces import Surface, fit_surface
 from folding_server.vision.table_memory import TableMemory, recall
 
@@ -24,10 +24,13 @@ SMOOTHING = 3.5
 
 @dataclass(frozen=True)
 class Segmented:
-    """``shares`` (rows, cols, 3): how much of each pixel is table, front, back; ``unknown`` (rows, cols)."""
+    """``shares`` (rows, cols, 3): how much of each pixel is table, front, back, 0 where it is ``unknown`` (rows, cols);
+    ``clearness`` (rows, cols), 0 to 1: how much better than the others a pixel's class explains it.
+    """
 
     shares: Image
     unknown: Bools
+    clearness: Image
 
 
 def smoothed_lab(rgb: Picture) -> Image:
@@ -45,11 +48,13 @@ def segment(
     costs = class_costs(lab, grid, tuned)
     if recalled is not None:
         costs[..., 0] = np.where(recalled.known, recalled.cost(lab), costs[..., 0])
-    unknown = obstacles(View(lab, rgb, costs, seen, grid, tuned, recalled)) | ~seen
+    hidden = obstacles(View(lab, rgb, costs, seen, grid, tuned, recalled))
+    unknown = hidden | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
     if memory is not None:
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
+    unknown |= fingertips(np.asarray((labels == BACKGROUND) & ~unknown), hidden, grid)
     unknown |= sleeves(np.asarray(is_paper(labels) & ~unknown), unknown, seen, grid)
     lights = class_lights(labels, unknown, rgb, tuned.looks, grid)
     evidence = Evidence(lab, costs, lights, tuned.looks)
@@ -57,8 +62,17 @@ def segment(
     if memory is not None:
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
     labels = without_specks(labels, unknown, grid, evidence)
-    labels, stray = _one_sheet(labels, unknown, grid)
-    return Segmented(mixtures(labels, unknown | stray, rgb, lights), unknown | stray)
+    unknown |= _one_sheet(labels, unknown, grid)
+    shares = mixtures(labels, unknown, rgb, lights)
+    shares[unknown] = 0
+    return Segmented(shares, unknown, _clearness(costs, labels))
+
+
+def _clearness(costs: Image, labels: Labels) -> Image:
+    """By how much the class of each pixel is more probable than the next, as its colour alone tells."""
+    chosen = np.take_along_axis(costs, labels[..., None].astype(np.intp), -1)
+    others = np.where(np.arange(costs.shape[-1]) == labels[..., None], np.float32(np.inf), costs)
+    return np.asarray(np.tanh(np.clip(others.min(axis=-1) - chosen[..., 0], 0, 20) / 2), np.float32)
 
 
 def class_costs(lab: Image, grid: Grid, palette: Palette) -> Image:
@@ -139,13 +153,24 @@ def _softmax(energies: Image) -> Image:
     return np.stack([plane / total for plane in raised], axis=-1)
 
 
-def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> tuple[Labels, Bools]:
-    """Paper colour that is not joined to the largest piece, even under what hides it, is no sheet."""
+def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
+    """Paper colour that is no sheet: not joined to the largest piece, even under what hides it, or a speck there."""
     paper = is_paper(labels) & ~unknown
     reach = max(3, round(0.06 * grid.pixels_per_unit)) | 1
     joined = cv2.dilate((paper | unknown).astype(np.uint8), np.ones((reach, reach), np.uint8))
     _, numbered = cv2.connectedComponents(joined, connectivity=4)
     if not paper.any():
-        return labels, np.zeros(labels.shape, bool)
+        return np.zeros(labels.shape, bool)
     sizes = np.bincount(numbered[paper])
-    return labels, paper & (numbered != int(sizes.argmax()))
+    apart = numbered != int(sizes.argmax())
+    return np.asarray(paper & (apart | _specks_beside(paper, unknown, grid)))
+
+
+def _specks_beside(paper: Bools, unknown: Bools, grid: Grid) -> Bools:
+    """Pieces too small to believe that touch something unknown."""
+    _, numbered, stats, _ = cv2.connectedComponentsWithStats(paper.astype(np.uint8))
+    small = stats[:, cv2.CC_STAT_AREA] < SMALLEST_REGION * grid.pixels_per_unit**2
+    beside = cv2.dilate(unknown.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    touching = np.zeros(len(stats), bool)
+    touching[np.unique(numbered[beside & paper])] = True
+    return np.asarray((small & touching)[numbered])

@@ -23,6 +23,8 @@ UNLIKE_TABLE, FEWEST_MARKS = 9.0, 0.004
 """Cost from which a part of the table is a mark on it, and the share of the table that marks must have."""
 WIDEST_MARK, MARK_COST = 0.03, 9.0
 """Width of a mark in sheet units, and cost of its colour, at most."""
+STEADYING = 0.03
+"""Width, in sheet units, over which departures from the memory are averaged: noise and grain even out."""
 FARTHEST = 3
 """Pixels by which the camera may have moved the table between photos."""
 
@@ -56,12 +58,14 @@ class Recalled:
     """What one photo should show if all of it were table.
 
     ``expected`` (rows, cols, 3) Lab, the nearest that a pixel's neighbourhood in memory allows; ``covariance``
-    (3, 3) of what is left; ``known`` (rows, cols) where the memory reaches.
+    (3, 3) of what is left; ``known`` (rows, cols) where the memory reaches. ``departure`` (rows, cols) is how far, in
+    Lab, the picture is from the memory on the average around each pixel, 0 where nothing is known.
     """
 
     expected: Image
     covariance: Floats
     known: Bools
+    departure: Image
 
     def cost(self, lab: Image, shadows: bool = True) -> Image:
         """How badly each pixel fits the remembered table, in nats."""
@@ -104,7 +108,17 @@ def recall(memory: TableMemory, lab: Image, seen: Bools, grid: Grid, table: Look
         return None
     usual = np.linalg.norm(rest, axis=1) < 3 * max(left, 1.0)
     covariance = rest[usual].T @ rest[usual] / max(int(usual.sum()), 1)
-    return Recalled(np.asarray(expected, np.float32), covariance, known)
+    departure = _departure(lab - moved, known, grid)
+    return Recalled(np.asarray(expected, np.float32), covariance, known, departure)
+
+
+def _departure(difference: Image, known: Bools, grid: Grid) -> Image:
+    """The length of the mean difference (rows, cols, 3) around each known pixel."""
+    side = max(3, round(STEADYING * grid.pixels_per_unit)) | 1
+    weight = known.astype(np.float32)
+    total = cv2.blur(difference * weight[..., None], (side, side))
+    share = np.maximum(cv2.blur(weight, (side, side)), 1e-3)
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", total, total)) / share * weight, np.float32)
 
 
 def _registered(
