@@ -37,6 +37,16 @@ def test_corners_are_where_the_sides_meet(motion: Isometry) -> None:
     assert max(distances(outline, [motion(p) for p in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))])) < 0.5 * PIXEL
 
 
+@pytest.mark.parametrize("degrees", [-41.0, 5.5, 36.0])
+def test_noise_makes_no_corner_on_a_straight_side(degrees: float) -> None:
+    dark = Look(back=(58, 64, 71), table=(130, 135, 138))
+    triangle, motion = fold(new_paper(), (1, 3), 1), turn(degrees, (0.5, 0.5))
+    photos = [paint(new_paper(), dark), paint(triangle, dark, motion, seed=5)]
+    (outline,) = see_sequence(PhotoList(photos)).outlines(2)
+    assert len(outline.corners) == 3
+    assert max(distances(outline, [motion(p) for p in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))])) < PIXEL
+
+
 def test_an_outline_may_bend_inwards() -> None:
     folded = corner_folded()
     photos = [paint(new_paper(), Look()), paint(folded, Look(), seed=1)]
@@ -57,4 +67,5 @@ def test_a_side_under_a_hand_is_not_seen() -> None:
     photos = [paint(new_paper(), Look()), paint(fold(new_paper(), (1, 3), 1), Look(), seed=1), photo]
     (outline,) = see_sequence(PhotoList(photos)).outlines(3)
     assert not all(outline.seen)
+    assert outline.hidden == [side for side in range(len(outline.seen)) if not outline.seen[side]]
     assert max(distances(outline, [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)])) < 0.5 * PIXEL

@@ -17,6 +17,8 @@ ROUGHNESS = 0.008
 """Sheet units by which a side may depart from straight before it becomes two."""
 SHORTEST = 0.02
 """Sheet units below which a side is put down to noise."""
+STRAIGHT = 0.006
+"""Sheet units from the line between its neighbours within which a corner is put down to noise."""
 SMALLEST = 0.004
 """Area, in sheet units squared, of the smallest piece that has an outline."""
 REACH = 0.012
@@ -35,6 +37,11 @@ class Outline:
 
     corners: tuple[tuple[float, float], ...]
     seen: tuple[bool, ...]
+
+    @property
+    def hidden(self) -> list[int]:
+        """The sides that something hides, each by the number of its first corner, from 0."""
+        return [number for number, shown in enumerate(self.seen) if not shown]
 
 
 def find_outlines(rgb: Picture, pose: Pose, shares: Image, unknown: Bools, grid: Grid) -> tuple[Outline, ...]:
@@ -63,10 +70,16 @@ def _outline(contour: Floats, rgb: Picture, pose: Pose, unknown: Bools, grid: Gr
     if len(corners) < 3:
         return None
     seen = _seen_sides(corners, unknown, grid)
-    photo = pose.to_photo(grid.to_plane(corners))
-    refined = refine_polygon(rgb, photo, max(2.5, REACH * pose.pixels_per_unit), fixed=~np.array(seen))
-    plane = pose.to_plane(refined)
-    return Outline(tuple((float(x), float(y)) for x, y in plane), tuple(seen))
+    refined = _refined(rgb, pose, pose.to_photo(grid.to_plane(corners)), seen)
+    kept, shown = _without_straight_corners(pose.to_plane(refined), seen)
+    if len(kept) < len(refined):
+        refined = _refined(rgb, pose, pose.to_photo(kept), shown)
+    return Outline(tuple((float(x), float(y)) for x, y in pose.to_plane(refined)), tuple(shown))
+
+
+def _refined(rgb: Picture, pose: Pose, photo: Floats, seen: list[bool]) -> Floats:
+    """Corners in the photo, the sides that are seen brought to its edges."""
+    return refine_polygon(rgb, photo, max(2.5, REACH * pose.pixels_per_unit), fixed=~np.array(seen))
 
 
 def _corners(contour: Floats, grid: Grid) -> Floats:
@@ -103,6 +116,23 @@ def _tip(corners: Floats, index: int, reach: float) -> Floats | None:
         return None
     point = p + (q - p) * np.linalg.solve(matrix, r - p)[0]
     return np.asarray(point) if float(np.linalg.norm(point - q)) < reach else None
+
+
+def _without_straight_corners(corners: Floats, seen: list[bool]) -> tuple[Floats, list[bool]]:
+    """Corners that lie on the line between their neighbours are none, unless one side of them is hidden."""
+    kept = np.asarray(corners)
+    shown = np.array(seen)
+    while len(kept) > 3:
+        before, after = np.roll(kept, 1, axis=0), np.roll(kept, -1, axis=0)
+        along = after - before
+        beside = np.abs(along[:, 0] * (kept - before)[:, 1] - along[:, 1] * (kept - before)[:, 0])
+        beside = beside / (np.linalg.norm(along, axis=1) + 1e-9)
+        beside[shown != np.roll(shown, 1)] = np.inf
+        flattest = int(beside.argmin())
+        if beside[flattest] >= STRAIGHT:
+            break
+        kept, shown = np.delete(kept, flattest, axis=0), np.delete(shown, flattest)
+    return kept, [bool(each) for each in shown]
 
 
 def _seen_sides(corners: Floats, unknown: Bools, grid: Grid) -> list[bool]:
