@@ -10,6 +10,7 @@ import pytest
 from hosts import Host, images_of, in_memory, text_of
 from paths import SHARED
 from pictures import noise, write_image, write_manifest, write_sequence_folder
+from shapely import Polygon, box
 
 pytestmark = pytest.mark.anyio
 
@@ -258,6 +259,19 @@ class TestVerification:
         assert other["verdict"] != "MATCH"
         assert other["discrepancies"]
         assert other["agreement"] < same.structured_content["agreement"]
+
+    async def test_a_comparison_tells_how_the_photo_was_seen(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path, PHOTOS) as host:
+            await host.call("open_run", sequence="sailboat")
+            flat = await host.call("compare_to_frame", frame=1)
+            folded = await host.call("compare_to_frame", frame=2)
+        (sheet,) = flat["outlines"]
+        found, true = Polygon(sheet["corners"]), box(0, 0, 1, 1)
+        assert len(sheet["corners"]) == 4
+        assert sheet["hidden"] == []
+        assert found.symmetric_difference(true).area < 0.01
+        assert len(folded["outlines"][0]["corners"]) == 3
+        assert 0.8 < flat["confidence"] <= 1
 
     async def test_an_attempt_is_compared_as_it_was_with_all_that_led_to_it(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path, PHOTOS) as host:

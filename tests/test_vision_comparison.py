@@ -9,10 +9,12 @@ from folding_server.simulator.paper import Paper, new_paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
+from folding_server.vision.discrepancies import discrepancies
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.inner_lines import NO_LINES, LineMatch
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
-from folding_server.vision.overlay import draw_overlay
+from folding_server.vision.outline import Outline
+from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import SeenFrame, see_sequence
 from folding_server.vision.solver.scene import Scene
@@ -21,6 +23,7 @@ from hypothesis import strategies as st
 from vision_scenes import Look, PhotoList, paint
 
 GRID = grid_over(96)
+SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 OTHER = rotate(new_paper(), 45)
 
 
@@ -138,6 +141,65 @@ def test_a_flap_in_the_wrong_place_is_named() -> None:
     assert areas == sorted(areas, reverse=True)
 
 
+@pytest.mark.parametrize("off", ["long", "short"])
+def test_how_far_a_side_is_off_is_told(off: str) -> None:
+    inset = 6 / GRID.pixels_per_unit
+    wide, narrow = (
+        draw_labels([[(x, 0.0), (1.0, 0.0), (1.0, 1.0), (x, 1.0)]], [False], GRID) for x in (0.0, inset)
+    )
+    diagram, photo = (wide, narrow) if off == "long" else (narrow, wide)
+    (found,) = discrepancies(diagram, photo, GRID.pixels_per_unit)
+    assert found.beyond == pytest.approx(inset, abs=1.01 / GRID.pixels_per_unit)
+    assert str(found).startswith(f"left: the diagram is {found.beyond:.2f} too {off}, the photo shows ")
+
+
+@given(st.floats(0.06, 0.3))
+@settings(max_examples=10, deadline=None)
+def test_a_flap_is_too_long_by_what_its_tip_reaches_beyond(length: float) -> None:
+    photo = draw_labels([SQUARE], [False], GRID)
+    tip = [(1.0, 0.4), (1.0 + length, 0.5), (1.0, 0.6)]
+    (found,) = discrepancies(draw_labels([SQUARE, tip], [False, True], GRID), photo, GRID.pixels_per_unit)
+    assert found.beyond == pytest.approx(length, abs=0.03)
+    assert found.place == "right"
+
+
+def test_the_place_of_a_bent_region_lies_within_it() -> None:
+    smaller = [(0.1, 0.0), (1.0, 0.0), (1.0, 0.9), (0.1, 0.9)]
+    photo = draw_labels([smaller], [False], GRID)
+    (found,) = discrepancies(draw_labels([SQUARE], [False], GRID), photo, GRID.pixels_per_unit)
+    assert found.place != "centre"
+    assert found.area == pytest.approx(0.19, abs=0.02)
+
+
+def test_a_mismatch_by_no_more_than_the_width_of_a_border_says_where() -> None:
+    halved = fold(new_paper(), (1, 3), 1)
+    beside = fold(add_vertex(add_vertex(new_paper(), (1, 2), 0.015), (2, 3), 0.985), (5, 6), 1)
+    match = compare(beside, seen_as(halved, IDENTITY))
+    assert match.verdict == "MISMATCH"
+    assert max(d.width for d in match.discrepancies) < 0.02
+    assert 1 <= len(match.words) <= 2
+
+
+def test_the_overlay_shows_the_sides_of_the_photo_that_are_seen() -> None:
+    seen = seen_as(folded(), IDENTITY)
+    match = compare(new_paper(), seen)
+    sides = [(0.2, 0.2), (0.2, 0.8), (0.8, 0.2)]
+    green = []
+    for visible in (True, False):
+        drawn = draw_overlay(new_paper(), seen, match, 400, [Outline(tuple(sides), (visible,) * 3)])
+        green.append((drawn == SEEN).all(axis=-1).sum())
+    assert green[0] > 400
+    assert green[1] == 0
+
+
+def test_disagreement_is_marked_on_red_paper_too() -> None:
+    seen = seen_as(folded(), IDENTITY)
+    seen.rgb[:] = (200, 45, 35)
+    drawn = draw_overlay(new_paper(), seen, compare(new_paper(), seen), 400).astype(int)
+    changed = np.abs(drawn - (200, 45, 35)).sum(axis=-1) > 120
+    assert changed.mean() > 0.05
+
+
 def test_a_photo_that_hides_the_paper_tells_nothing_and_says_so() -> None:
     seen = seen_as(new_paper(), IDENTITY)
     seen.labels[:] = UNKNOWN
@@ -166,9 +228,8 @@ def test_one_colour_matches_know_only_paper() -> None:
 
 def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
     strip = [(0.4, 0.4), (0.5, 0.4), (0.5, 0.5), (0.4, 0.5)]
-    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
     seen = seen_as(new_paper(), similarity(0, 0, 0))
-    marked = SeenFrame(2, draw_labels([square, strip], [False, True], GRID), *list(vars(seen).values())[2:])
+    marked = SeenFrame(2, draw_labels([SQUARE, strip], [False, True], GRID), *list(vars(seen).values())[2:])
     match = compare(new_paper(), marked)
     assert match.agreement > 0.98
     assert match.verdict == "MISMATCH"

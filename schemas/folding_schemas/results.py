@@ -186,6 +186,13 @@ class CriticGrid(Wire):
     candidate_actions: list[Action]
 
 
+class SeenOutline(Wire):
+    """One piece of paper in a photo: its corners clockwise; ``hidden`` numbers the sides under something, from 0."""
+
+    corners: list[tuple[float, float]]
+    hidden: list[int]
+
+
 class Comparison(Wire):
     """Answer of ``compare_to_frame``: how well the current state explains a photo.
 
@@ -194,7 +201,8 @@ class Comparison(Wire):
     ``shift`` that motion as (dx, dy in sheet units, degrees clockwise). ``outline_distance`` is the mean distance
     of the silhouettes, ``outline_worst`` its 95 % quantile, in sheet units. ``lines`` says how well the state
     explains the creases and layer edges that the photo shows inside the paper: 1 all, 0 none seen or no better
-    than chance, below 0 worse. The last two are None in answers recorded before they were measured.
+    than chance, below 0 worse. ``confidence`` says how clearly the photo shows what is paper and which side of it.
+    ``outlines`` is the paper that it shows, largest piece first, where frame 1's sheet is the unit square. The last four are None in answers recorded before they were measured.
     """
 
     frame: int
@@ -206,6 +214,8 @@ class Comparison(Wire):
     discrepancies: list[str]
     outline_worst: float | None = None
     lines: float | None = Field(default=None, ge=-1, le=1)
+    confidence: float | None = Field(default=None, ge=0, le=1)
+    outlines: list[SeenOutline] | None = None
 
 
 class Proposal(Wire):

@@ -2,21 +2,23 @@
 
 from typing import TYPE_CHECKING
 
-from folding_schemas.results import Comparison, Foldability, LocalViolation, Proposal
+from folding_schemas.results import Comparison, Foldability, LocalViolation, Proposal, SeenOutline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from folding_server.simulator.foldability import FoldabilityReport
     from folding_server.vision.comparison import Match
+    from folding_server.vision.outline import Outline
+    from folding_server.vision.seeing import SeenFrame
     from folding_server.vision.solver import Plan
 
 
-def comparison(frame: int, match: "Match") -> Comparison:
-    """How well a state explains a photo."""
+def comparison(seen: "SeenFrame", match: "Match", outlines: "Sequence[Outline]") -> Comparison:
+    """How well a state explains a photo, whose paper has these ``outlines``."""
     dx, dy, turn = match.alignment.shift
     return Comparison(
-        frame=frame,
+        frame=seen.frame,
         verdict=match.verdict,
         agreement=round(match.agreement, 4),
         iou={name: round(value, 4) for name, value in match.iou.items()},
@@ -25,6 +27,14 @@ def comparison(frame: int, match: "Match") -> Comparison:
         discrepancies=match.words,
         outline_worst=round(match.outline_worst, 4),
         lines=round(match.lines, 4),
+        confidence=round(seen.paper_confidence, 3),
+        outlines=[_outline(outline) for outline in outlines],
+    )
+
+
+def _outline(outline: "Outline") -> SeenOutline:
+    return SeenOutline(
+        corners=[(round(x, 3), round(y, 3)) for x, y in outline.corners], hidden=outline.hidden
     )
 
 

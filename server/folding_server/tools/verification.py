@@ -75,8 +75,9 @@ def compare_to_frame(
         progress.step(f"comparing with frame {frame}")
         seen = eyes.frame(frame)
         match = compare(paper, seen)
-        overlay = encode_for_model(draw_overlay(paper, seen, match))
-    found = findings.comparison(frame, match)
+        outlines = eyes.outlines(frame)
+    overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines))
+    found = findings.comparison(seen, match, outlines)
     said = _in_words(found)
     return answer(said if attempt is None else f"Attempt {attempt}: {said}", found, overlay)
 

@@ -1,6 +1,5 @@
 """A folded state against a photo: how well it explains what is seen, and in words where it does not."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,12 +9,17 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.vision.alignment import Alignment, align_paper
+from folding_server.vision.discrepancies import (
+    Discrepancy,
+    box_about,
+    discrepancies,
+    place_of,
+    thin_discrepancies,
+)
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import (
     BACK,
-    BACKGROUND,
     FRONT,
-    NAMES,
     UNKNOWN,
     Labels,
     as_one_colour,
@@ -34,8 +38,6 @@ DIVERGED_AGREEMENT = 0.5
 """Share of agreeing pixels below which the state is another model altogether."""
 MATCHING_WIDTH = 0.04
 """Sheet units that the widest disagreement of a match may measure across."""
-BORDER_NOISE = 0.012
-"""Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MISPLACED_LINES = 0.3
@@ -47,22 +49,6 @@ HIDDEN = 0.9
 """Share of the paper that something must hide for a photo to tell nothing."""
 HIDES = "something hides {:.0%} of the paper in the photo, so it tells nothing: look at another frame"
 MOST_WORDS = 5
-
-
-@dataclass(frozen=True)
-class Discrepancy:
-    """One connected region in which photo and diagram differ, in sheet units and units squared."""
-
-    seen: int
-    predicted: int
-    area: float
-    width: float
-    place: str
-
-    def __str__(self) -> str:
-        sight, diagram = NAMES[self.seen], NAMES[self.predicted]
-        size = f"area {self.area:.3f}, {self.width:.2f} wide"
-        return f"{self.place}: the photo shows {sight} where the diagram has {diagram} ({size})"
 
 
 @dataclass(frozen=True)
@@ -107,13 +93,15 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     if not seen.two_coloured:
         predicted = as_one_colour(predicted)
     mean, worst = outline_distances(predicted, seen.labels, seen.grid.pixels_per_unit)
-    found = discrepancies(predicted, seen)
+    found = discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
     hidden = hidden_share(predicted, seen.labels)
     verdict: Verdict = "MISMATCH" if hidden >= HIDDEN else judge(alignment.agreement, found, lines)
-    where = _frame(is_paper(predicted) | is_paper(seen.labels))
-    missing = tuple(f"{_place(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
+    if verdict != "MATCH" and not found:
+        found = thin_discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
+    where = box_about(is_paper(predicted) | is_paper(seen.labels))
+    missing = tuple(f"{place_of(line, where)}: {MISSING.format(line[2])}" for line in lines.missing)
     iou = class_iou(predicted, seen)
     return Match(
         verdict,
@@ -185,54 +173,3 @@ def _outline(mask: Mask) -> npt.NDArray[np.bool_]:
 
 def _distance_to(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
-
-
-def discrepancies(predicted: Labels, seen: SeenFrame) -> tuple[Discrepancy, ...]:
-    """The regions wider than border noise in which photo and diagram differ, largest area first."""
-    found: list[Discrepancy] = []
-    frame = _frame(is_paper(predicted) | is_paper(seen.labels))
-    for here in (BACKGROUND, FRONT, BACK):
-        for there in (BACKGROUND, FRONT, BACK):
-            if here != there:
-                mask = ((seen.labels == here) & (predicted == there)).astype(np.uint8)
-                found += _regions(mask, here, there, seen.grid.pixels_per_unit, frame)
-    return tuple(sorted(found, key=lambda d: d.area, reverse=True))
-
-
-def _regions(
-    mask: Mask, here: int, there: int, pixels_per_unit: float, frame: tuple[float, float, float, float]
-) -> list[Discrepancy]:
-    if not mask.any():
-        return []
-    depth = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    count, numbered, stats, centroids = cv2.connectedComponentsWithStats(mask, connectivity=4)
-    deepest = np.zeros(count, np.float32)
-    np.maximum.at(deepest, np.asarray(numbered, np.int32).ravel(), np.asarray(depth, np.float32).ravel())
-    return [
-        Discrepancy(
-            here,
-            there,
-            float(stats[i, cv2.CC_STAT_AREA]) / pixels_per_unit**2,
-            float(2 * deepest[i] - 0.5) / pixels_per_unit,
-            _place(centroids[i], frame),
-        )
-        for i in range(1, count)
-        if 2 * deepest[i] - 0.5 > max(BORDER_NOISE * pixels_per_unit, 2.0)
-    ]
-
-
-def _frame(paper: npt.NDArray[np.bool_]) -> tuple[float, float, float, float]:
-    """The box about all paper in pixels: left, upper, width, height."""
-    rows, cols = np.nonzero(paper)
-    if not len(rows):
-        return 0.0, 0.0, float(paper.shape[1]), float(paper.shape[0])
-    return float(cols.min()), float(rows.min()), float(np.ptp(cols)) + 1, float(np.ptp(rows)) + 1
-
-
-def _place(pixel: Sequence[float] | npt.NDArray[np.float64], frame: tuple[float, float, float, float]) -> str:
-    """Where a pixel lies in the paper's box, in words."""
-    left, upper, width, height = frame
-    column = min(2, int(3 * (pixel[0] - left) / width))
-    row = min(2, int(3 * (pixel[1] - upper) / height))
-    words = [("upper", "", "lower")[row], ("left", "", "right")[column]]
-    return " ".join(word for word in words if word) or "centre"

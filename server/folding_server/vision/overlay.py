@@ -1,4 +1,6 @@
-"""Pictures of a comparison: the photo from above, the diagram's outline over it, disagreement tinted."""
+"""Pictures of a comparison: the photo from above, its outline and the diagram's over it, disagreement hatched."""
+
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -10,22 +12,29 @@ from folding_server.vision.borders import visible_borders
 from folding_server.vision.comparison import Match
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import UNKNOWN, is_paper
+from folding_server.vision.outline import Outline
 from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
 
 OUTLINE = (255, 0, 200)
 LAYER = (0, 200, 255)
-WRONG = (255, 40, 0)
+SEEN = (60, 255, 60)
+WRONG, BESIDE = (255, 40, 0), (255, 255, 255)
+STRIPE = 6
+"""Pixels across of the stripes, of both colours in turn, that mark disagreement on paper of any colour."""
 MARGIN = 0.12
 """Sheet units of table shown around the paper."""
 
 
-def draw_overlay(paper: Paper, seen: SeenFrame, match: Match, size: int = 768) -> Picture:
+def draw_overlay(
+    paper: Paper, seen: SeenFrame, match: Match, size: int = 768, outlines: Sequence[Outline] = ()
+) -> Picture:
     """The rectified photo around the paper, longest side ``size`` pixels, RGB.
 
-    Where the classes disagree it is tinted red; the diagram's silhouette is drawn in magenta, its visible
-    layer edges and creases in cyan.
+    Where the classes disagree it is hatched red and white; the diagram's silhouette is drawn in magenta, its
+    visible layer edges and creases in cyan, and the sides of the photo's ``outlines``, in the plane of the table,
+    in green where the photo shows them.
     """
     left, upper, right, lower = _window(match, seen)
     scale = size / max(right - left, lower - upper)
@@ -34,13 +43,30 @@ def draw_overlay(paper: Paper, seen: SeenFrame, match: Match, size: int = 768) -
     window = (slice(upper, lower), slice(left, right))
     picture = cv2.resize(seen.rgb[window], shape, interpolation=cv2.INTER_CUBIC).astype(np.float32)
     wrong = ((match.predicted != seen.labels) & (seen.labels != UNKNOWN))[window].astype(np.uint8)
-    tint = cv2.resize(wrong, shape, interpolation=cv2.INTER_NEAREST) > 0
-    picture[tint] = 0.45 * picture[tint] + 0.55 * np.array(WRONG, np.float32)
+    _hatch(picture, cv2.resize(wrong, shape, interpolation=cv2.INTER_NEAREST) > 0)
     silhouette, layers = visible_lines(paper, grid, match.alignment.motion)
+    for outline in outlines:
+        _draw_sides(picture, outline, grid)
     picture[layers] = LAYER
     picture[silhouette] = OUTLINE
     pixels: npt.NDArray[np.uint8] = np.clip(picture, 0, 255).astype(np.uint8)
     return pixels
+
+
+def _hatch(picture: cv2.typing.MatLike, where: npt.NDArray[np.bool_]) -> None:
+    """Draw diagonal stripes over a part of a picture."""
+    rows, cols = np.nonzero(where)
+    red = ((rows + cols) // STRIPE % 2 == 0)[:, None]
+    colour = np.where(red, WRONG, BESIDE).astype(np.float32)
+    picture[rows, cols] += np.where(red, np.float32(0.6), np.float32(0.3)) * (colour - picture[rows, cols])
+
+
+def _draw_sides(picture: cv2.typing.MatLike, outline: Outline, grid: Grid) -> None:
+    """Draw the sides that are seen, sub-pixel, with smooth edges."""
+    ends = np.rint(grid.to_pixel(np.array(outline.corners)) * 16).astype(int).tolist()
+    for i, shown in enumerate(outline.seen):
+        if shown:
+            cv2.line(picture, ends[i], ends[(i + 1) % len(ends)], SEEN, 2, cv2.LINE_AA, 4)
 
 
 def visible_lines(
