@@ -84,7 +84,7 @@ def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["run"], "Name a sequence folder"),
+        (["run"], "Name a sequence folder or a video"),
         (["run", "no/such/folder"], "There is no sequence folder no/such/folder"),
         (["run", "."], "holds no keyframes.json"),
         (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),

@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Coroutine, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -17,10 +18,11 @@ from folding_client import options
 from folding_client.batch import Line, Listener, run_batch, sequences_of
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
-from folding_client.reconstruct import Job, Outcome, new_job, reconstruct, resumed_job
+from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
 from folding_client.replay import replay
 from folding_client.settings import Settings
+from folding_client.videos import write_sequence
 
 app = typer.Typer(
     add_completion=False,
@@ -41,33 +43,20 @@ def _commands() -> None:
 
 
 @app.command()
+@options.with_settings
 def run(
+    given: options.Given,
     sequence: options.SequenceFolder = None,
-    model: options.ModelId = None,
-    critic: options.Critic = None,
-    overview: options.Overview = None,
-    selector: options.Selector = None,
-    variant: options.VariantName = None,
-    few_shot: options.FewShot = None,
-    max_queries: options.MaxQueries = None,
-    thinking_budget: options.ThinkingBudget = None,
-    tools: options.Tools = None,
-    keep_images: options.KeepImages = None,
-    keep_results: options.KeepResults = None,
-    full_descriptions: options.FullDescriptions = None,
-    api_base: options.ApiBase = None,
-    server_url: options.ServerUrl = None,
     out: options.Out = None,
     resume: options.Resume = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Reconstruct a sequence, or go on with a run."""
-    given = _settings(
-        model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
-        max_queries=max_queries, thinking_budget=thinking_budget, tools=tools, keep_images=keep_images,
-        keep_results=keep_results, full_descriptions=full_descriptions, api_base=api_base, server_url=server_url,
-    )  # fmt: skip
-    job = _job(sequence, out, resume, given)
+    """Reconstruct a sequence or a video, or go on with a run."""
+    settings = _settings(given)
+    if sequence is not None and sequence.is_file() and resume is None:
+        out = new_folder(sequence.stem, out)
+        sequence = _finish(_sequence_of(sequence, out, settings), "no run has begun")
+    job = _job(sequence, out, resume, settings)
     with Shown(Console(stderr=True)) as progress:
         again = f"the run folder is complete so far, go on with --resume {job.folder.path}"
         outcome = _finish(reconstruct(job, progress), again)
@@ -76,12 +65,23 @@ def run(
         raise typer.Exit(EXIT_STOPPED)
 
 
+async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
+    """The sequence folder of a video, written into the run folder to be."""
+    if settings.server_url is not None:
+        message = (
+            f"A running server cannot be handed the video {video.name}; leave out --server-url, or write its "
+            "keyframes where that server looks for sequences."
+        )
+        raise UsageError(message)
+    return await write_sequence(video, out / "sequence", partial(typer.echo, err=True))
+
+
 def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:
     if resume is not None:
         return resumed_job(resume, sequence, settings)
     if sequence is not None:
         return new_job(sequence, out, settings)
-    message = "Name a sequence folder to reconstruct, or a run to go on with: --resume DIR."
+    message = "Name a sequence folder or a video to reconstruct, or a run to go on with: --resume DIR."
     raise UsageError(message)
 
 
@@ -104,33 +104,17 @@ def replay_command(
 
 
 @app.command("batch")
+@options.with_settings
 def batch_command(
+    given: options.Given,
     source: Annotated[Path, typer.Argument(help="Folder of sequences, or a file that lists folders.")],
-    model: options.ModelId = None,
-    critic: options.Critic = None,
-    overview: options.Overview = None,
-    selector: options.Selector = None,
-    variant: options.VariantName = None,
-    few_shot: options.FewShot = None,
-    max_queries: options.MaxQueries = None,
-    thinking_budget: options.ThinkingBudget = None,
-    tools: options.Tools = None,
-    keep_images: options.KeepImages = None,
-    keep_results: options.KeepResults = None,
-    full_descriptions: options.FullDescriptions = None,
-    api_base: options.ApiBase = None,
-    server_url: options.ServerUrl = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Sequences at a time; 1 if left out.")] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")] = None,
     out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
     as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
-    settings = _settings(
-        model=model, critic=critic, overview=overview, selector=selector, variant=variant, few_shot=few_shot,
-        max_queries=max_queries, thinking_budget=thinking_budget, tools=tools, keep_images=keep_images,
-        keep_results=keep_results, full_descriptions=full_descriptions, api_base=api_base, server_url=server_url,
-    )  # fmt: skip
+    settings = _settings(given)
     work = _batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, dask)
     lines = _finish(work, "the same command goes on from here")
     if as_json:
@@ -171,9 +155,9 @@ class _Spoken(Listener):
         )
 
 
-def _settings(**given: object) -> Settings:
+def _settings(given: options.Given) -> Settings:
     try:
-        return Settings.model_validate({name: value for name, value in given.items() if value is not None})
+        return Settings.model_validate(given)
     except ValidationError as error:
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).replace("_", "-") if first["loc"] else ""

@@ -1,32 +1,70 @@
 """The options that commands share, each described once."""
 
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-ModelId = Annotated[
-    str | None,
-    typer.Option(help="geometric, litellm/PROVIDER/MODEL, hybrid:PROVIDER/MODEL or scripted:FILE."),
-]
-Critic = Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")]
-Overview = Annotated[str | None, typer.Option(help="Model of the overview critic.")]
-Selector = Annotated[str | None, typer.Option(help="Model of the selector.")]
-VariantName = Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")]
-FewShot = Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")]
-MaxQueries = Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")]
-ThinkingBudget = Annotated[int | None, typer.Option(help="Thinking tokens for one query.")]
-Tools = Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")]
-KeepImages = Annotated[
-    bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")
-]
-KeepResults = Annotated[
-    bool | None, typer.Option("--keep-results", help="Send old states again, and answers in full.")
-]
-FullDescriptions = Annotated[bool | None, typer.Option("--full-descriptions", help="Describe tools in full.")]
-ApiBase = Annotated[str | None, typer.Option(help="Address of the model's provider.")]
-ServerUrl = Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")]
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
+SETTINGS: Mapping[str, Any] = {
+    "model": Annotated[
+        str | None,
+        typer.Option(help="geometric, litellm/PROVIDER/MODEL, hybrid:PROVIDER/MODEL or scripted:FILE."),
+    ],
+    "critic": Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")],
+    "overview": Annotated[str | None, typer.Option(help="Model of the overview critic.")],
+    "selector": Annotated[str | None, typer.Option(help="Model of the selector.")],
+    "variant": Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")],
+    "few_shot": Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")],
+    "max_queries": Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")],
+    "thinking_budget": Annotated[int | None, typer.Option(help="Thinking tokens for one query.")],
+    "tools": Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")],
+    "keep_images": Annotated[
+        bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")
+    ],
+    "keep_results": Annotated[
+        bool | None, typer.Option("--keep-results", help="Send old states again, and answers in full.")
+    ],
+    "full_descriptions": Annotated[
+        bool | None, typer.Option("--full-descriptions", help="Describe tools in full.")
+    ],
+    "api_base": Annotated[str | None, typer.Option(help="Address of the model's provider.")],
+    "server_url": Annotated[str | None, typer.Option(help="A running folding server, instead of one's own.")],
+}
+"""The settings that can be given on the command line, with the option of each."""
+Given = Mapping[str, Any]
+"""The settings that were given, by name."""
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
-SequenceFolder = Annotated[Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json.")]
+SequenceFolder = Annotated[
+    Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json, or a video.")
+]
 Out = Annotated[Path | None, typer.Option(help="Run folder; runs/NAME-TIME if left out.")]
 Resume = Annotated[Path | None, typer.Option(help="Run folder to go on with.")]
+
+
+def with_settings(command: Callable[..., None]) -> Callable[..., None]:
+    """A command with an option for each of SETTINGS in the place of its parameter ``given``, which gets those
+    that were given.
+    """
+    parameters: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        parameters += _options() if parameter.name == "given" else [parameter.replace(kind=_BY_NAME)]
+
+    def run(**values: Any) -> None:  # noqa: ANN401 - whatever the command line holds
+        given = {name: values.pop(name) for name in SETTINGS}
+        command(**values, given={name: value for name, value in given.items() if value is not None})
+
+    run.__doc__ = command.__doc__
+    run.__name__ = command.__name__
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return run
+
+
+def _options() -> list[inspect.Parameter]:
+    return [
+        inspect.Parameter(name, _BY_NAME, default=None, annotation=option)
+        for name, option in SETTINGS.items()
+    ]

@@ -57,10 +57,17 @@ class Outcome:
 def new_job(sequence: Path, out: Path | None, settings: Settings) -> Job:
     """A job for a new run. UsageError if the sequence folder is none, or the run folder is taken."""
     folder = _sequence(sequence)
-    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    run = RunFolder((out or Path("runs") / f"{folder.name}-{stamp}").expanduser().resolve())
+    run = RunFolder(new_folder(folder.name, out))
     run.create()
     return Job(folder, run, settings)
+
+
+def new_folder(name: str, out: Path | None) -> Path:
+    """Where a new run of what is called ``name`` goes: ``out`` if given. UsageError if a run is there already."""
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    folder = (out or Path("runs") / f"{name}-{stamp}").expanduser().resolve()
+    RunFolder(folder).require_free()
+    return folder
 
 
 def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
@@ -113,7 +120,9 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
 def _sequence(path: Path) -> Path:
     folder = path.expanduser().resolve()
     if not folder.is_dir():
-        message = f"There is no sequence folder {path}; name a folder that holds a keyframes.json."
+        message = (
+            f"There is no sequence folder {path}; name a folder that holds a keyframes.json, or a video."
+        )
         raise UsageError(message)
     if not (folder / "keyframes.json").is_file():
         message = f"{path} holds no keyframes.json, so it is no sequence; name a folder that holds one."

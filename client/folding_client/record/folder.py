@@ -23,16 +23,20 @@ class RunFolder:
         self.events = path / "events.jsonl"
         self.store = path / "store"
 
-    def create(self) -> None:
-        """Make the folder, without what a run that never began may have left. UsageError if a run is in it
-        already or it cannot be made.
-        """
+    def require_free(self) -> None:
+        """UsageError if a run is in the folder already."""
         if (self.path / "run.json").exists():
             message = (
                 f"{self.path} holds a run already; continue it with --resume {self.path}, or name another "
                 "folder."
             )
             raise UsageError(message)
+
+    def create(self) -> None:
+        """Make the folder, without what a run that never began may have left. UsageError if a run is in it
+        already or it cannot be made.
+        """
+        self.require_free()
         try:
             self.events.unlink(missing_ok=True)
             (self.path / "images").mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,51 @@
+"""A video as a sequence: the folding server proposes its keyframes, in a process of its own."""
+
+import asyncio
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from mcp.client.stdio import get_default_environment
+
+from folding_client.interrupts import UsageError
+
+_SPEAKER = "foldingagent-server: "
+
+
+async def write_sequence(video: Path, folder: Path, say: Callable[[str], None]) -> Path:
+    """The new sequence folder with the keyframes of a video; ``say`` hears how far the search is.
+
+    UsageError, in the server's words, if the video or the folder cannot be used; no folder is left then.
+    """
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        *("-m", "folding_server", "keyframes", str(video.expanduser().resolve()), "--out", str(folder)),
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.DEVNULL,
+        stderr=asyncio.subprocess.PIPE,
+        env=get_default_environment(),
+    )
+    try:
+        refusal = await _heard(process, say)
+        code = await process.wait()
+    finally:
+        if process.returncode is None:
+            process.kill()
+    if code != 0:
+        raise UsageError(
+            refusal or f"The keyframes of {video.name} cannot be found: the server ended with {code}."
+        )
+    return folder
+
+
+async def _heard(process: asyncio.subprocess.Process, say: Callable[[str], None]) -> str:
+    """What the process complains of in the end; everything else that it writes is said on."""
+    refusal = ""
+    if process.stderr is not None:
+        async for line in process.stderr:
+            text = line.decode(errors="replace").rstrip()
+            if text.startswith(_SPEAKER):
+                refusal = text.removeprefix(_SPEAKER)
+            else:
+                say(text)
+    return refusal
