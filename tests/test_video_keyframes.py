@@ -203,6 +203,14 @@ def test_a_refused_sequence_leaves_nothing_behind(
     assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
 
 
+@pytest.mark.parametrize("place", ["clip.mp4/out", "/proc/none/out"])
+def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path, place: str) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE)])
+    with pytest.raises(PhotoError, match="cannot be written"):
+        keyframes_command(clip.path, tmp_path / place)
+    assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
+
+
 def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path) -> None:
     clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE)])
     with pytest.raises(PhotoError, match="already holds something: name a new or empty folder"):

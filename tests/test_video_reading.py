@@ -144,6 +144,11 @@ def test_a_missing_video_is_named(tmp_path: Path) -> None:
         open_video(tmp_path / "gone.mp4")
 
 
+def test_a_folder_is_no_video(tmp_path: Path) -> None:
+    with pytest.raises(PhotoError, match="is a folder: name the file of a video"):
+        open_video(tmp_path)
+
+
 def test_a_video_may_stand_in_for_a_folder_of_images(tmp_path: Path) -> None:
     write_greys(tmp_path / "clip.mp4")
     write_manifest(tmp_path, name="greys", video="clip.mp4", keyframes=[2, 9, 10])

@@ -1,6 +1,7 @@
 """Writes a sequence folder from a video: keyframes, images between them, manifest, and a contact sheet."""
 
 import json
+import os
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from folding_server.errors import PhotoError
+from folding_server.frames.colors import color_rgb
 from folding_server.frames.filmstrip import MAX_IMAGES, evenly_spaced
 from folding_server.frames.keyframes import STILL_SECONDS, Progress, propose_keyframes
 from folding_server.frames.manifest import FILE_NAME
@@ -56,9 +58,11 @@ def keyframes_command(
 ) -> KeyframesReport:
     """Propose keyframes of `video`, or take `indices`; write the sequence folder `out` and a contact sheet.
 
-    Raises PhotoError for a broken video, an index outside it, and an `out` that holds something already.
+    Raises PhotoError for a broken video, an index outside it, a colour that is not known, and an `out` that
+    cannot be written or holds something already.
     """
     _require_free(out)
+    _require_known(paper)
     chosen = list(indices) if indices is not None else propose_keyframes(video, still_seconds, progress)
     return write_sequence(video, out, chosen, paper=paper)
 
@@ -69,12 +73,24 @@ def write_sequence(
     """Write `folder` as a sequence whose keyframes are the images `indices` of `video`, increasing.
 
     Between two keyframes up to `between` evenly spaced images are written too. The folder appears complete or
-    not at all. Raises PhotoError for wrong indices, wrong colours, or a folder that already holds something.
+    not at all. Raises PhotoError for wrong indices, wrong colours, or a folder that cannot be written or holds
+    something already.
     """
     _require_free(folder)
+    _require_known(paper)
     clip = open_video(video)
     _require_increasing(indices)
     clip.files(indices)
+    try:
+        _make(folder, clip, indices, between, paper)
+    except OSError as error:
+        raise PhotoError(f"{folder} cannot be written ({error.strerror}): name another folder") from error
+    seconds = tuple(clip.times[index] for index in indices)
+    return KeyframesReport(folder, tuple(indices), seconds, folder / CONTACT_SHEET)
+
+
+def _make(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: Paper) -> None:
+    """Write the folder beside its place and put it there."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     making = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     try:
@@ -82,8 +98,6 @@ def write_sequence(
         _settle(making, folder)
     finally:
         shutil.rmtree(making, ignore_errors=True)
-    seconds = tuple(clip.times[index] for index in indices)
-    return KeyframesReport(folder, tuple(indices), seconds, folder / CONTACT_SHEET)
 
 
 def _fill(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: Paper) -> None:
@@ -146,6 +160,15 @@ def _require_increasing(indices: Sequence[int]) -> None:
 def _require_free(folder: Path) -> None:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise PhotoError(f"{folder} already holds something: name a new or empty folder")
+    above = next(parent for parent in folder.absolute().parents if parent.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        raise PhotoError(f"{folder} cannot be written, since {above} cannot: name another folder")
+
+
+def _require_known(paper: Paper) -> None:
+    for color in (paper.front_color, paper.back_color):
+        if color is not None:
+            color_rgb(color)
 
 
 def _settle(making: Path, folder: Path) -> None:

@@ -100,6 +100,8 @@ def open_video(path: Path) -> Video:
 
     Raises PhotoError for a missing file, a file without moving pictures, and one that is cut off.
     """
+    if path.is_dir():
+        raise PhotoError(f"{path} is a folder: name the file of a video")
     if not path.is_file():
         raise PhotoError(f"there is no video {path.name} in {path.parent.name or path.parent}")
     with _opened(path) as (container, stream):
