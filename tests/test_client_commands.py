@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from client_runs import events, program, sequence, server_url
 from folding_client.cli import main
+from videos import SQUARE, TRIANGLE, Rest, Work, write_clip
 
 TURN = {"tool": "rotate", "arguments": {"angle": 45}}
 
@@ -109,6 +110,31 @@ def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, words: list[str],
     assert says in failed.stderr
     assert len(failed.stderr.strip().splitlines()) == 1
     assert failed.stdout == ""
+
+
+def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path: Path) -> None:
+    shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]
+    video = write_clip(tmp_path / "clip.mp4", shots).path
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    done = command("run", video, "--model", model, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    assert "Program of clip" in done.stdout
+    about = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert about["sequence"]["folder"] == str(tmp_path / "run" / "sequence")
+    assert (tmp_path / "run" / "sequence" / "contact_sheet.png").is_file()
+
+
+def test_a_video_that_cannot_be_used_leaves_no_run(tmp_path: Path) -> None:
+    (tmp_path / "letter.mp4").write_text("a letter, not a film\n" * 40)
+    failed = command("run", tmp_path / "letter.mp4", "--out", tmp_path / "run")
+    assert failed.returncode == 2
+    assert failed.stderr == "letter.mp4 cannot be read as a video: it is cut off or not a video\n"
+    served = command(
+        "run", tmp_path / "letter.mp4", "--out", tmp_path / "run", "--server-url", "http://x/mcp"
+    )
+    assert served.returncode == 2
+    assert "A running server cannot be handed the video letter.mp4" in served.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.mp4"]
 
 
 def test_a_sequence_the_server_cannot_use_is_refused_in_its_words(tmp_path: Path) -> None:
