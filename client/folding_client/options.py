@@ -52,15 +52,15 @@ def with_settings(command: Callable[..., None]) -> Callable[..., None]:
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
         parameters += _options() if parameter.name == "given" else [parameter.replace(kind=_BY_NAME)]
 
-    def run(**values: Any) -> None:  # noqa: ANN401 - whatever the command line holds
+    def _gathered(**values: Any) -> None:  # noqa: ANN401 - whatever the command line holds
         given = {name: values.pop(name) for name in SETTINGS}
         command(**values, given={name: value for name, value in given.items() if value is not None})
 
-    run.__doc__ = command.__doc__
-    run.__name__ = command.__name__
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    return run
+    _gathered.__doc__ = command.__doc__
+    _gathered.__name__ = command.__name__
+    _gathered.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    _gathered.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return _gathered
 
 
 def _options() -> list[inspect.Parameter]:
