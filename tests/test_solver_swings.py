@@ -104,6 +104,15 @@ def test_a_turn_of_the_whole_paper_bares_the_table_at_its_corners() -> None:
         assert contradiction(new_paper(), turned, Watched(corners, yes, no, no, yes)) == 0
 
 
+def test_a_turn_of_the_whole_paper_never_bares_its_middle() -> None:
+    middle = np.array([[0.4 + 0.007 * k, 0.5] for k in range(30)])
+    yes, no = np.ones(30, bool), np.zeros(30, bool)
+    for degrees in (10, 90, 180):
+        seen = Watched(middle, changed=yes, still=no, turned=no, bare=yes)
+        assert contradiction(new_paper(), rotate(new_paper(), degrees), seen) == 1
+    assert contradiction(new_paper(), flip(new_paper(), "x"), seen) == 0
+
+
 def test_few_watched_places_say_nothing() -> None:
     seen = Watched(np.array([[0.5, 0.5]]), *(np.array([True]) for _ in range(4)))
     assert contradiction(new_paper(), new_paper(), seen) == 0

@@ -15,7 +15,7 @@ from folding_server.vision.solver.scene import Mask, spread_over
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""
-STILL_SHARE = 0.25
+STILL_SHARE = 0.4
 """Paper that turns over may look the same in the images there are: that it does speaks only so much against it."""
 FEWEST_LOOKS = 2
 """Images that have to show a place for its lying still to mean anything, and all of them but one."""
@@ -60,10 +60,10 @@ def watched(movement: Movement, last: Isometry) -> Watched:
 def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
     """How much the images in between speak against a plan, from 0 to 1.
 
-    Where the plan leaves any paper the table cannot show, and where it leaves the paper on top in sight its other
-    side cannot; paper that turns over is seen to change, and so is what a turn of the whole bares on its way. The share of the watched places where this is not so
-    counts, 1 from CERTAIN on. Paper that stays but is covered afterwards may look like anything. Too few places
-    say nothing.
+    Where the plan leaves any paper, or turns the whole so that some is always there, the table cannot show; where
+    it leaves the paper on top in sight, its other side cannot. Paper that turns over is seen to change, and so is
+    what a turn of the whole bares on its way. The share of the watched places where this is not so counts, 1 from
+    CERTAIN on. Paper that stays but is covered afterwards may look like anything. Too few places say nothing.
     """
     if len(seen.places) < _FEWEST:
         return 0.0
@@ -73,8 +73,9 @@ def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
     top = _topmost(layers)
     shown = ~top.moves & (np.linalg.norm(_on_top(after, seen.places) - top.sheet, axis=1) < MOVED)
     slides = before.faces == after.faces and not any(layer.turns.any() for layer in layers)
-    swept = _swept(before, after, seen.places) if slides else np.zeros(len(found), bool)
-    impossible = (stays & seen.bare) | ((shown | slides) & seen.turned)
+    covered = _turning(before, after, seen.places) if slides else [stays]
+    swept, kept = ~covered[len(covered) // 2] & slides, np.all(covered, axis=0)
+    impossible = ((stays | kept) & seen.bare) | ((shown | slides) & seen.turned)
     unlikely = DIMMED_SHARE * (shown & seen.changed) + STILL_SHARE * ((top.turns | swept) & seen.still)
     wrong = np.where(impossible, 1.0, unlikely)[found]
     return min(1.0, float(wrong.mean()) / CERTAIN) if len(wrong) else 0.0
@@ -94,8 +95,8 @@ def _layer(before: Paper, after: Paper, face: int, places: Floats) -> _Layer:
     here = _inside(before.polygon(face), places)
     sheet = np.where(here[:, None], carried(places, before.isometries[face].inverse()), NOWHERE)
     there, back = _now_at(after, sheet)
-    moves = here & (np.linalg.norm(there - places, axis=1) > MOVED)
-    return _Layer(here, sheet, moves, moves & (back != before.back_up(face)))
+    turns = here & (back != before.back_up(face))
+    return _Layer(here, sheet, turns | (here & (np.linalg.norm(there - places, axis=1) > MOVED)), turns)
 
 
 def _topmost(layers: Sequence[_Layer]) -> _Layer:
@@ -109,17 +110,22 @@ def _topmost(layers: Sequence[_Layer]) -> _Layer:
     )
 
 
-def _swept(before: Paper, after: Paper, places: Floats) -> Mask:
-    """Which places of the paper lie bare when the whole of it has turned half of its way in its plane."""
+def _turning(before: Paper, after: Paper, places: Floats) -> list[Mask]:
+    """Which places the paper covers at each eighth of the way of a turn of the whole of it in its plane."""
     face = next(iter(before.faces))
     whole = after.isometries[face].after(before.isometries[face].inverse())
     degrees = -math.degrees(math.atan2(whole.c, whole.a))
-    if abs(degrees) < LITTLE or whole.mirrors:
-        return np.zeros(len(places), bool)
+    if abs(degrees) < LITTLE:
+        return [_covered(before, places)]
     (x, y) = np.linalg.solve([[1 - whole.a, -whole.b], [-whole.c, 1 - whole.d]], [whole.e, whole.f])
-    back = carried(places, turn(-degrees / 2, (float(x), float(y))))
-    covered = [_inside(before.polygon(face), back) for face in before.faces]
-    return np.asarray(~np.any(covered, axis=0))
+    return [
+        _covered(before, carried(places, turn(-degrees * eighth / 8, (float(x), float(y)))))
+        for eighth in range(9)
+    ]
+
+
+def _covered(paper: Paper, places: Floats) -> Mask:
+    return np.asarray(np.any([_inside(paper.polygon(face), places) for face in paper.faces], axis=0))
 
 
 def _on_top(paper: Paper, places: Floats) -> Floats:
