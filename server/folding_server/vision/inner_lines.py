@@ -14,6 +14,7 @@ from folding_server.vision.colours import Image
 from folding_server.vision.grid import Grid
 from folding_server.vision.mixing import Bools
 from folding_server.vision.photos import Picture
+from folding_server.vision.resampling import resampled
 
 RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""
@@ -142,13 +143,7 @@ def thick_core(labels_agree: Bools, pixels_per_unit: float) -> Bools:
     return np.asarray(cv2.erode(labels_agree.astype(np.uint8), np.ones((rim, rim), np.uint8)) > 0)
 
 
-def strongest_near(edges: Image, size: tuple[int, int]) -> Image:
-    """Inner lines at another size (columns, rows), thin lines kept at full strength."""
-    shrink = edges.shape[1] / size[0]
-    reach = max(1, round(shrink))
-    return np.asarray(
-        cv2.resize(
-            cv2.dilate(edges, np.ones((reach, reach), np.uint8)), size, interpolation=cv2.INTER_LINEAR
-        ),
-        np.float32,
-    )
+def strongest_near(edges: Image, old: Grid, new: Grid) -> Image:
+    """Inner lines of one grid on another, thin lines kept at full strength."""
+    reach = max(1, round(old.pixels_per_unit / new.pixels_per_unit))
+    return np.asarray(resampled(cv2.dilate(edges, np.ones((reach, reach), np.uint8)), old, new), np.float32)

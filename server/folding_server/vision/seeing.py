@@ -1,9 +1,8 @@
 """Photos as label images of the table plane, in sheet units: the one entrance to perception."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -17,6 +16,7 @@ from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos, Picture
 from folding_server.vision.pose import Pose, pose_of
+from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
 from folding_server.vision.table_memory import TableMemory, remember
@@ -123,6 +123,12 @@ class Eyes:
             )
         return self._between[key]
 
+    def closely(self, number: int) -> SeenFrame:
+        """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST."""
+        seen = self.frame(number, _finest_grid(self.pose).pixels_per_unit)
+        rgb, _ = self.pose.rectify(self.photos.photo(number), seen.grid)
+        return replace(seen, rgb=rgb)
+
     def outlines(self, number: int) -> tuple[Outline, ...]:
         """The outlines of the paper in a photo, largest piece first. PhotoError if there is no such photo."""
         working = self._look(number)
@@ -139,29 +145,29 @@ class Eyes:
         grid = _working_grid(self.pose)
         rgb, seen = self.pose.rectify(photo, grid)
         found = segment(rgb, seen, grid, self.palette, self.memory)
-        edges = self._lines(photo, found) if lines else np.zeros((grid.rows, grid.cols), np.float32)
+        finest = _finest_grid(self.pose)
+        edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
         return _Working(rgb, found.shares, found.unknown, found.clearness, edges)
 
     def _lines(self, photo: Picture, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
-        grid = grid_over(float(np.clip(round(self.pose.pixels_per_unit), COARSEST, FINEST_LINES)), REACH)
+        old, grid = _working_grid(self.pose), _finest_grid(self.pose)
         rgb, _ = self.pose.rectify(photo, grid)
-        shares = cv2.resize(found.shares, (grid.cols, grid.rows), interpolation=cv2.INTER_LINEAR)
-        unknown = cv2.resize(found.unknown.astype(np.uint8), (grid.cols, grid.rows)) > 0
+        shares = resampled(found.shares, old, grid)
+        unknown = resampled(found.unknown.astype(np.float32), old, grid) > 0.01
         return inner_lines(rgb, np.asarray(shares, np.float32), np.asarray(unknown), grid.pixels_per_unit)
 
     def _as_seen(self, number: int, working: _Working, grid: Grid) -> SeenFrame:
         """The working pictures on the grid that was asked for."""
-        size = (grid.cols, grid.rows)
-        method = cv2.INTER_AREA if grid.rows < working.rgb.shape[0] else cv2.INTER_LINEAR
-        shares = np.asarray(cv2.resize(working.shares, size, interpolation=method), np.float32)
-        unknown = cv2.resize(working.unknown.astype(np.float32), size, interpolation=method) > 0.5
+        old = _working_grid(self.pose)
+        shares = np.asarray(resampled(working.shares, old, grid), np.float32)
+        unknown = resampled(working.unknown.astype(np.float32), old, grid) > 0.5
         order = np.sort(shares, axis=-1)
         labels = np.where(unknown, UNKNOWN, shares.argmax(axis=-1)).astype(np.uint8)
-        clear = cv2.resize(working.clearness, size, interpolation=method)
+        clear = resampled(working.clearness, old, grid)
         confidence = np.where(unknown, 0.0, clear * (order[..., -1] - order[..., -2])).astype(np.float32)
-        rgb = np.asarray(cv2.resize(working.rgb, size, interpolation=method), np.uint8)
-        edges = strongest_near(working.edges, size)
+        rgb = np.asarray(resampled(working.rgb, old, grid), np.uint8)
+        edges = strongest_near(working.edges, _finest_grid(self.pose), grid)
         return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
 
 
@@ -179,6 +185,11 @@ def see_sequence(photos: Photos) -> Eyes:
 def _working_grid(pose: Pose) -> Grid:
     """The grid on which photos are segmented."""
     return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST)), REACH)
+
+
+def _finest_grid(pose: Pose) -> Grid:
+    """The grid on which lines are looked for."""
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_LINES)), REACH)
 
 
 def _drop_oldest(kept: dict[Key, Value], limit: int) -> None:
