@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 from folding_server.simulator import Paper
 from folding_server.simulator.plane_geometry import Isometry, turn
+from folding_server.vision.borders import visible_borders
 from folding_server.vision.grid import grid_over
-from folding_server.vision.labels import UNKNOWN
+from folding_server.vision.labels import UNKNOWN, as_one_colour
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.solver.scene import Scene, Views
 
@@ -35,6 +36,22 @@ CLEAN = Spoiling()
 def views(paper: Paper, spoiling: Spoiling = CLEAN, seed: int = 0) -> Views:
     """A paper seen coarse and fine."""
     return Views(scene(paper, 64, spoiling, seed), scene(paper, 160, spoiling, seed + 1))
+
+
+def lit_scene(paper: Paper, motion: Isometry, seed: int, slope: float = 0.0, line: float = 25.0) -> Scene:
+    """A paper of one colour on both sides as a photo shows it: dark lines where layers end, light that falls off to one
+    side by ``slope`` a sheet unit, and grain.
+    """
+    chance = np.random.default_rng(seed)
+    grid = grid_over(256, REACH)
+    labels = as_one_colour(draw_paper(paper, grid, motion))
+    light = (
+        170
+        + slope * np.linspace(REACH[0], REACH[2], grid.cols, dtype=np.float32)[None]
+        + np.zeros_like(labels)
+    )
+    light = light - line * visible_borders(paper, grid, motion).layers + chance.normal(0, 1.5, labels.shape)
+    return Scene(grid, labels, False, light=cv2.GaussianBlur(light.astype(np.float32), (0, 0), 0.8))
 
 
 def scene(paper: Paper, pixels_per_unit: float, spoiling: Spoiling, seed: int) -> Scene:

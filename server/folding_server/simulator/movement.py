@@ -19,14 +19,18 @@ def turned_faces(before: Paper, after: Paper) -> frozenset[int]:
     return frozenset(origin for _, origin in _moved(before, after))
 
 
-def _moved(before: Paper, after: Paper) -> Iterator[tuple[int, int]]:
-    """Each face of the later paper that lies elsewhere, and the face of the earlier one that it was part of."""
+def origins(before: Paper, after: Paper) -> dict[int, int]:
+    """For each face of ``after`` the face of ``before`` that it is, or is part of."""
     around: dict[int, list[int]] = {}
     for face, cycle in before.faces.items():
         for v in cycle:
             around.setdefault(v, []).append(face)
-    for face in sorted(after.faces):
-        origin = _origin(before, around, after, face)
+    return {face: _origin(before, around, after, face) for face in sorted(after.faces)}
+
+
+def _moved(before: Paper, after: Paper) -> Iterator[tuple[int, int]]:
+    """Each face of the later paper that lies elsewhere, and the face of the earlier one that it was part of."""
+    for face, origin in origins(before, after).items():
         if after.isometries[face] != before.isometries[origin]:
             yield face, origin
 

@@ -37,10 +37,13 @@ _PARALLEL = 0.9992
 
 SUB_PIXEL = 0.004
 """Sheet units by which thick paper and a slanting camera alone move a fold line in a photo."""
-MEANT, MEANT_SLACK, EXACTLY = 0.012, 0.006, 1e-6
-"""A line that misses two vertices by less than the first (sheet units) is meant to pass through them, and taken to if that
-explains less by at most the second; one that passes within the third of a vertex does pass through it.
+MEANT, MEANT_SLACK, MEANT_NOISE, EXACTLY = 0.016, 0.006, 1.0, 1e-6
+"""A line that misses a vertex by less than the first (sheet units) is meant to pass through it, and taken to if that
+explains less by at most the second where there are two of them, and by the third part of what is left unexplained where
+there is one; one that passes within the last of a vertex does pass through it.
 """
+HANDHELD = 1.6
+"""So many times more is forgiven under a camera in the hand: no photo but the first says how it looks at the sheet."""
 SPOILT = 5.0
 """How many pixels put right one that is changed but wrong is worth, when a part of the change is looked for."""
 
@@ -182,25 +185,32 @@ class FoldSearch:
         allowed = max(f.agreement for f in (found, *exact, *bound))
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found
-        for group, share, near_share in ((exact, 1.0, 4.0), (bound, 0.7, 1.4)):
+        vertex_slack = MEANT_NOISE * (1 - found.agreement)
+        for group, share, near_share, vertex in ((exact, 1.0, 4.0, 0.0), (bound, 0.7, 1.4, vertex_slack)):
             good = [
                 f
                 for f in group
-                if f.agreement >= allowed - self._allowance(found, f, slack * share, slack * near_share)
+                if f.agreement
+                >= allowed - self._allowance(found, f, slack * share, slack * near_share, vertex)
             ]
             if good:
                 best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
 
-    def _allowance(self, found: FoldFound, snapped: FoldFound, far: float, near: float) -> float:
+    def _allowance(
+        self, found: FoldFound, snapped: FoldFound, far: float, near: float, vertex: float
+    ) -> float:
         """How much less a snapped line may explain: ``near`` if a photo can hardly tell it from the found one, else
-        ``far``, and more where both vertices that it passes through are as good as met.
+        ``far``; more by ``vertex`` where a vertex that it passes through is as good as met, and where two are.
         """
         line, old = snapped.moving.line, found.moving.line
         moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
-        met = [p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < MEANT]
-        return (near if moved < SUB_PIXEL else far) + (MEANT_SLACK if len(met) > 1 else 0.0)
+        loose = HANDHELD if self.handheld else 1.0
+        met = [
+            p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < loose * MEANT
+        ]
+        return (near if moved < SUB_PIXEL else far) + (0.0, vertex, loose * MEANT_SLACK)[min(len(met), 2)]
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""

@@ -86,7 +86,6 @@ class Leaves:
         """What the stack looks like after a fold."""
         line = moving.line
         away = Line(-line.nx, -line.ny, -line.offset)
-        reflection = mirror(line)
         outlines: list[list[Point]] = []
         backs: list[bool] = []
         for face in self.paper.order:
@@ -96,11 +95,16 @@ class Leaves:
                 backs.append(self.backs[face])
         for face in reversed(self.paper.order):
             if face in moving.faces:
-                turned = [reflection(p) for p in clip(self.outlines[face], line)]
+                turned = self.turned(face, line)
                 if len(turned) > 2:
                     outlines.append(turned)
                     backs.append(not self.backs[face])
         return Stack(outlines, backs)
+
+    def turned(self, face: int, line: Line) -> list[Point]:
+        """Where the part of a face beyond a line comes to lie; fewer than three points if there is none."""
+        reflection = mirror(line)
+        return [reflection(p) for p in clip(self.outlines[face], line)]
 
     def _joined(self) -> list[tuple[Pair, Sequence[Point]]]:
         """Faces joined by an edge, both ways, and that edge."""

@@ -12,6 +12,8 @@ from folding_server.simulator.plane_geometry import Isometry
 
 COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
+SLANTED_COST = 0.0025
+"""Paper is flipped over sideways or upwards; over a diagonal only if that shows."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
 NOTHING_HAPPENED = 0.006
@@ -30,6 +32,8 @@ THIN_COST = 0.012
 """What it costs to fold nothing but a narrow strip."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
+TRACE_WORTH = 0.004
+"""What it is worth to explain all that looks different within one colour."""
 LINE_COST = 0.02
 """What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
 
@@ -53,6 +57,7 @@ class Plan:
     unseen: bool = False
     swing: float = 0.0
     thin: bool = False
+    traced: float = 0.0
 
     @property
     def score(self) -> float:
@@ -61,15 +66,16 @@ class Plan:
         ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
         ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
         ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between;
-        ``thin`` marks a last fold that turns nothing but a narrow strip.
+        ``thin`` marks a last fold that turns nothing but a narrow strip; ``traced`` is the share, 0 to 1, that a fold
+        within one colour explains of what looks different there.
         """
-        cost = sum(COST[a.action] for a in self.actions) if self.actions else NOTHING_HAPPENED
+        cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
         doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin
-        return self.looks - cost - self.zoom - turn - doubts
+        return self.looks - cost - self.zoom - turn - doubts + TRACE_WORTH * self.traced
 
     @property
     def creases(self) -> bool:
@@ -80,6 +86,12 @@ class Plan:
     def looks(self) -> float:
         """Agreement less what the lines inside the paper say against the plan."""
         return self.agreement - LINE_COST * self.contradiction
+
+
+def _cost(action: Action) -> float:
+    """What an action must gain."""
+    slanted = action.action == "flip" and action.axis in ("y=x", "y=-x")
+    return COST[action.action] + SLANTED_COST * slanted
 
 
 def zoom_cost(ratio: float, handheld: bool) -> float:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import ceil, floor
 
+import cv2
 import numpy as np
 
 from folding_server.simulator.paper import Paper
@@ -49,7 +50,12 @@ def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
     settled = align(stack_of(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
     fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
     handheld = after.scales[0] != after.scales[1]
-    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement)
+
+    def closely() -> tuple[Scene, Scene]:
+        """Both photos at their finest."""
+        return _scene(eyes.closely(max(1, frame - 1)), before), _scene(eyes.closely(frame), before)
+
+    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
 
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:
@@ -80,7 +86,11 @@ def _cropped(seen: SeenFrame, low: Floats, high: Floats) -> Scene:
     window_rows = (slice(upper, lower), slice(left, right))
     window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
     return Scene(
-        window, np.ascontiguousarray(seen.labels[window_rows]), seen.two_coloured, seen.edges[window_rows]
+        window,
+        np.ascontiguousarray(seen.labels[window_rows]),
+        seen.two_coloured,
+        seen.edges[window_rows],
+        light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32),
     )
 
 

@@ -19,6 +19,8 @@ NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in r
 NICE_REACH = 0.0015
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
 MOST_WAYS, MOST_TRIES = 3, 16
+MISSED = 0.003
+"""Vertices beside the line by more, together, are taken only if nothing lies nearer (in sheet units)."""
 AT_VERTEX = 0.008
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
 
@@ -69,21 +71,28 @@ def _applied(paper: Paper, actions: Actions) -> Paper:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where the line meets an edge: an existing vertex, or one to add; ``along`` is its coordinate on the line."""
+    """Where the line meets an edge: an existing vertex, or one to add; ``along`` is its coordinate on the line.
+
+    ``miss`` is how far beside the line the vertex is, in sheet units.
+    """
 
     vertex: int | None
     added: AddVertex | None
     along: float
+    miss: float = 0.0
 
 
 def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[Actions]:
-    """Folds through two points of the line, those with the fewest new vertices first, then the farthest apart."""
+    """Folds through two points of the line: first those truly on it, then those with the fewest new vertices, then the
+    farthest apart.
+    """
     met = [
         m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)
     ]
     pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
     pairs.sort(
         key=lambda ab: (
+            ab[0].miss + ab[1].miss > MISSED,
             (ab[0].added is not None) + (ab[1].added is not None),
             -abs(ab[0].along - ab[1].along),
         )
@@ -120,7 +129,7 @@ def _meetings(paper: Paper, face: int, line: Line, *, exact: bool) -> Iterator[M
     for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
         p, q = paper.positions[u], paper.positions[v]
         if u in near:
-            yield Meeting(u, None, line.ny * p[0] - line.nx * p[1])
+            yield Meeting(u, None, line.ny * p[0] - line.nx * p[1], abs(line.distance(p)))
         before, after = line.distance(p), line.distance(q)
         if before * after < 0 and not _ends_near(near, (u, v), p, q, before / (before - after)):
             x, y = between(p, q, before / (before - after))

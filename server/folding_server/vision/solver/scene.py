@@ -1,6 +1,6 @@
 """One photo at one resolution as the solver sees it, and how well a stack of faces explains it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,6 +19,10 @@ Indices = npt.NDArray[np.intp]
 
 
 Image = npt.NDArray[np.float32]
+
+
+_AROUND, _SMOOTH = 0.04, 0.7
+"""How far around a place (sheet units) the light is taken to be the same, and how far pixels are smoothed."""
 
 
 def spread_over(mask: Mask, most: int) -> tuple[Indices, Indices]:
@@ -61,7 +65,8 @@ class Scene:
     """A label image on a grid; ``two_coloured`` says whether it tells the front of the sheet from the back.
 
     ``edges`` is the strength of lines within the paper, (rows, cols) from 0 to 1, where that was worked out; ``sight``
-    is the chance, 0 to 1, that the border of a layer shows as such a line.
+    is the chance, 0 to 1, that the border of a layer shows as such a line. ``light`` is the lightness of the photo,
+    (rows, cols) from 0 to 255, where it is to be compared with another's.
     """
 
     grid: Grid
@@ -69,6 +74,7 @@ class Scene:
     two_coloured: bool = True
     edges: Image | None = None
     sight: float = 1.0
+    light: Image | None = None
     known: Mask = field(init=False)
     paper: Mask = field(init=False)
     _blurred: dict[float, Image] = field(init=False, default_factory=dict, repr=False)
@@ -98,6 +104,20 @@ class Scene:
         faded = cv2.GaussianBlur(self.known.astype(np.float32), (9, 9), 2.0)
         return np.asarray(np.where(self.known, np.maximum(2 * faded - 1, 0), 0), np.float32)
 
+    @cached_property
+    def detail(self) -> Image | None:
+        """The photo's lightness less that of the same side of the paper around it, (rows, cols); 0 outside."""
+        if self.light is None:
+            return None
+        wide, detail = _AROUND * self.grid.pixels_per_unit, np.zeros_like(self.light)
+        for side in (FRONT, BACK):
+            there = (self.labels == side).astype(np.float32)
+            around = cv2.GaussianBlur(self.light * there, (0, 0), wide) / np.maximum(
+                cv2.GaussianBlur(there, (0, 0), wide), 1e-3
+            )
+            detail += (self.light - around) * there
+        return np.asarray(cv2.GaussianBlur(detail, (0, 0), _SMOOTH), np.float32)
+
     def soft(self, blur: float) -> Image:
         """The photo's label image blurred, (2, rows, cols)."""
         if blur not in self._blurred:
@@ -120,10 +140,12 @@ class Views:
     """A photo at two resolutions, and whether the camera may have come nearer or gone further since the last one.
 
     Even under a camera that stands still the sheet's size varies a little with its height over the table.
-    ``expected`` is the agreement to hope for: what the state before reached on its own photo.
+    ``expected`` is the agreement to hope for: what the state before reached on its own photo. ``closely`` looks at the
+    photo before and at this one as finely as they were taken.
     """
 
     coarse: Scene
     fine: Scene
     handheld: bool = False
     expected: float = 1.0
+    closely: Callable[[], tuple[Scene, Scene]] | None = None

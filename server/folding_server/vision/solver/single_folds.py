@@ -18,6 +18,10 @@ from folding_server.vision.solver.scene import Stack, Views, stack_of
 
 NEARLY_BEST = 0.02
 """Folds along landmarks that look worse than the best by more are not compared by their lines."""
+MISPLACED = 0.02
+"""A motion under which the paper agrees worse than under another by more is not where it lies: a rim all around it is
+wrong, however thin.
+"""
 THIN = 0.03
 """Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 MOST_LINES, MOST_SETTLED = 80, 6
@@ -40,8 +44,14 @@ def _changes(drawn: Stack, motions: Sequence[Isometry], views: Views) -> list[Ev
     they alone: the tip of a flap is small.
     """
     coarse = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    calm = [change.motion for change in coarse if not change.shows]
-    return [evidence(views.fine.draw(drawn, m), views.fine, m) for m in calm] or coarse
+    return [evidence(views.fine.draw(drawn, m), views.fine, m) for m in _calm(coarse)] or coarse
+
+
+def _calm(changed: Sequence[Evidence]) -> list[Isometry]:
+    """The motions under which nothing changed, of those that put the paper where it is."""
+    agreements = [change.scene.agreement_of(change.before) for change in changed]
+    least = max(agreements, default=0.0) - MISPLACED
+    return [c.motion for c, fits in zip(changed, agreements, strict=True) if fits >= least and not c.shows]
 
 
 def as_plans(
@@ -71,7 +81,7 @@ def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
 def nothing_shows(paper: Paper, motions: Sequence[Isometry], views: Views) -> bool:
     """Whether the photo's classes show no change at all under some drift."""
     drawn = stack_of(paper)
-    return any(not evidence(views.coarse.draw(drawn, m), views.coarse, m).shows for m in motions)
+    return bool(_calm([evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]))
 
 
 def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:

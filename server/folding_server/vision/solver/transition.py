@@ -8,9 +8,11 @@ from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.solver.alignment import Freedom, align
 from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
 from folding_server.vision.solver.fold_search import Effort
+from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.quiet_folds import quiet_plans
 from folding_server.vision.solver.scene import Views, stack_of
 from folding_server.vision.solver.single_folds import fold_plans, line_plans, nothing_shows
 from folding_server.vision.solver.two_actions import fold_after, two_folds
@@ -28,6 +30,8 @@ PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
 OF_A_KIND = 4
 """Turns, flips, unfolds and compound moves measured in full: those of one kind often look alike but for their lines."""
+OFTEN_RIGHT = 2
+"""As many of each kind are laid on the photo's borders first."""
 VISIBLE = 0.003
 """How much better than nothing a fold or unfold must look to count as seen."""
 COMPOUND_BELOW = 0.975
@@ -43,13 +47,14 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     motions = likely_motions(paper, last, views)
     nothing = measured(_nothing(paper, motions, views), views, last)
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
-    best = max(plans, key=lambda p: p.agreement)
+    best = max(plans, key=lambda p: p.looks)
     enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
-    clear = best.agreement >= max(EXPLAINED, nothing.agreement + STANDS_OUT) and best.action_class != "rotate"
+    clear = best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT) and best.action_class != "rotate"
     if not clear:
         plans += fold_plans(paper, motions, views, effort)
         if nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views):
             plans += line_plans(paper, nothing.motion, views)
+            plans += quiet_plans(paper, nothing.motion, views, last)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
@@ -63,7 +68,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
 
 def _unseen(plan: Plan, nothing: Plan) -> Plan:
     """A plan that creases, marked if the photo shows no more of it than of nothing at all."""
-    return replace(plan, unseen=plan.creases and plan.looks < nothing.looks + VISIBLE)
+    return replace(plan, unseen=plan.creases and not plan.traced and plan.looks < nothing.looks + VISIBLE)
 
 
 def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
@@ -76,7 +81,16 @@ def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], view
     top = max((p.agreement for p in plans), default=0.0)
     promising = [p for p in best_first(plans) if p.agreement > top - PROMISING]
     kinds = {p.action_class: [q for q in promising if q.action_class == p.action_class] for p in promising}
-    return [measured(p, views, last) for kind in kinds.values() for p in kind[:OF_A_KIND]]
+    return [
+        measured(_held(p, views) if i < OFTEN_RIGHT else p, views, last)
+        for kind in kinds.values()
+        for i, p in enumerate(kind[:OF_A_KIND])
+    ]
+
+
+def _held(plan: Plan, views: Views) -> Plan:
+    """A plan with the paper's borders laid on those of the photo: a climb from afar may end a degree beside."""
+    return replace(plan, motion=held(stack_of(plan.paper), views.fine, plan.motion))
 
 
 def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:

@@ -1,0 +1,158 @@
+"""What changed between two photos within one colour, where label images show nothing.
+
+Paper that did not move looks as it did, but for slow changes of the light. What looks different must lie along a border
+that came or went, and a border that came must look different.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from folding_server.simulator.movement import origins
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.borders import Borders, visible_borders
+from folding_server.vision.grid import Floats
+from folding_server.vision.labels import Labels
+from folding_server.vision.raster import draw_values
+from folding_server.vision.solver.alignment import inverse_of
+from folding_server.vision.solver.scene import Image, Mask, Scene
+
+MATCH = 1
+"""Pixels by which a border may move and be the same."""
+REACH = 2
+"""Pixels around a border that came or went within which things look different."""
+NOISE = (3.0, 8.0)
+"""Differences of so many times the usual one begin to count, and count in full."""
+LEAST_NOISE = 0.5
+"""The usual difference of lightness (0 to 255) is at least this."""
+ACROSS = 3.0
+"""Pixels across the trace that a border leaves."""
+FADED = 0.4
+"""What a border counts that should have changed something and did not, against a change without a border."""
+_VALUES = 254
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Two photos of a paper, of which nothing or little moved from one to the other.
+
+    ``paper`` lay under the motion ``then`` in the photo ``before``, and lies under ``now`` in ``after`` where it has not
+    moved.
+    """
+
+    paper: Paper
+    before: Scene
+    then: Isometry
+    after: Scene
+    now: Isometry
+
+    @cached_property
+    def trace(self) -> Image:
+        """How clearly each place of the later photo looks different, (rows, cols) from 0 to 1."""
+        matrix = self._pixels_then()
+        if self.before.detail is None or self.after.detail is None:
+            return np.zeros(self.after.labels.shape, np.float32)
+        old = _warped(self.before.detail, matrix, self.after, cv2.INTER_LINEAR)
+        same = (
+            _warped(_sound(self.before), matrix, self.after, cv2.INTER_NEAREST) == _sound(self.after)
+        ) & self.judged
+        return _different(old, self.after.detail, same)
+
+    @cached_property
+    def shown(self) -> Image:
+        """The trace, widened by REACH."""
+        return np.asarray(cv2.dilate(self.trace, square(REACH)), np.float32)
+
+    @cached_property
+    def judged(self) -> Mask:
+        """Where the later photo shows paper of one colour all around."""
+        return _sound(self.after) > 0
+
+    @cached_property
+    def borders(self) -> Borders:
+        """The borders of the paper where it has not moved."""
+        return visible_borders(self.paper, self.after.grid, self.now)
+
+    def unexplained(self, folded: Paper) -> float:
+        """Length of lines (sheet units) that speak against a folded paper: what looks different though the same paper is
+        seen there, and borders that came or went of which nothing is seen.
+        """
+        new = visible_borders(folded, self.after.grid, self.now)
+        came, went = new.all & ~near(self.borders.all, MATCH), self.borders.all & ~near(new.all, MATCH)
+        strange = self.trace[~near(came | went | self._changed(folded), REACH)].sum()
+        layers = (came & new.layers) | (went & self.borders.layers)
+        hidden = (1 - self.shown[layers & self.judged]).sum()
+        unit = self.after.grid.pixels_per_unit
+        return float(strange) / (ACROSS * unit) + FADED * self.after.sight * float(hidden) / (2 * unit)
+
+    @cached_property
+    def _seen(self) -> Labels:
+        return _topmost(self.paper, self.after, self.now)
+
+    def _changed(self, folded: Paper) -> Mask:
+        """Where other paper is on top than before."""
+        faces = np.zeros(256, np.uint8)
+        for face, origin in origins(self.paper, folded).items():
+            if folded.isometries[face] == self.paper.isometries[origin]:
+                faces[_value(folded, face)] = _value(self.paper, origin)
+        return np.asarray(faces[_topmost(folded, self.after, self.now)] != self._seen)
+
+    def _pixels_then(self) -> Floats:
+        """The map from pixels of the later photo to those of the earlier, (3, 3)."""
+        still = _matrix(self.then) @ _matrix(inverse_of(self.now))
+        return np.asarray(self.before.grid.matrix() @ still @ np.linalg.inv(self.after.grid.matrix()))
+
+
+def near(mask: Mask, reach: int) -> Mask:
+    """A mask widened by so many pixels."""
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), square(reach)) > 0)
+
+
+def _topmost(paper: Paper, scene: Scene, motion: Isometry) -> Labels:
+    """A value for the topmost face at each pixel, 0 where there is none."""
+    outlines = [paper.polygon(f) for f in paper.order]
+    return draw_values(outlines, [_value(paper, f) for f in paper.order], scene.grid, motion)
+
+
+def _value(paper: Paper, face: int) -> int:
+    """The value a face is drawn with; two that share one would have to lie at one place to matter."""
+    return 1 + paper.rank[face] % _VALUES
+
+
+def _different(old: Image, new: Image, same: Mask) -> Image:
+    """How clearly two pictures differ, 0 to 1, by more than a shift of a pixel and the noise of both make."""
+    if not same.any():
+        return np.zeros(same.shape, np.float32)
+    over = np.maximum(new - cv2.dilate(old, square(1)), old - cv2.dilate(new, square(1)))
+    under = np.maximum(cv2.erode(old, square(1)) - new, cv2.erode(new, square(1)) - old)
+    usual = max(LEAST_NOISE, 1.4826 * float(np.median(np.abs(new - old)[same])))
+    inside = cv2.erode(same.astype(np.uint8), square(1)) > 0
+    low, high = NOISE
+    clear = np.clip((np.maximum(over, under) / usual - low) / (high - low), 0, 1)
+    return np.where(inside, clear, 0).astype(np.float32)
+
+
+def _sound(scene: Scene) -> Labels:
+    """The class of the paper where it is of one colour all around, else 0."""
+    classes = np.where(scene.known, scene.labels, 7).astype(np.uint8)
+    alike = cv2.erode(classes, square(2)) == cv2.dilate(classes, square(2))
+    return np.where(alike & scene.paper, classes, 0).astype(np.uint8)
+
+
+def square(reach: int) -> Labels:
+    """A square of ones that reaches so many pixels to each side."""
+    return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+
+
+def _matrix(motion: Isometry) -> Floats:
+    a, b, c, d, e, f = motion
+    return np.array([[a, b, e], [c, d, f], [0.0, 0.0, 1.0]])
+
+
+def _warped(image: Image | Labels, matrix: Floats, scene: Scene, how: int) -> Image:
+    """An image of the photo before, at the pixels of the later one."""
+    size = (scene.grid.cols, scene.grid.rows)
+    return np.asarray(cv2.warpAffine(image, matrix[:2], size, flags=how | cv2.WARP_INVERSE_MAP))

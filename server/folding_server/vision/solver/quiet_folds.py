@@ -1,0 +1,172 @@
+"""Folds within one colour: the label images of two photos are alike, and only light tells where paper moved."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from math import pi
+
+import cv2
+import numpy as np
+
+from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_geometry import Isometry, Point, line_through, mirror
+from folding_server.vision.labels import Labels
+from folding_server.vision.raster import draw_values
+from folding_server.vision.solver.alignment import Vector, carried, climb, inverse_of
+from folding_server.vision.solver.creases import handles_of, shifted
+from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
+from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.lines import (
+    Lines,
+    as_line,
+    both_ways,
+    distinct_points,
+    edge_directions,
+    landmark_lines,
+)
+from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.realise import Actions, realise
+from folding_server.vision.solver.scene import Views, stack_of
+
+LEAST_TRACE = 0.012
+"""If less looks different, in all (sheet units of line), nothing was folded."""
+CALM = 0.006
+"""Folds that make the label image agree worse by more are not of this kind."""
+SPACING = 0.01
+"""Lines along an edge or square to it are tried so far apart (sheet units)."""
+CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
+"""Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
+TRIED, KEPT = 24, 4
+"""Folds realised and measured in full, and those of them refined."""
+STEP = 0.01
+"""Sheet units by which the ends of a crease are first moved."""
+HIDDEN = 0.5
+"""What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
+
+
+def quiet_plans(paper: Paper, motion: Isometry, views: Views, last: Isometry) -> Iterator[Plan]:
+    """Folds within one colour as plans, if what has not moved lies under ``motion`` and lay under ``last``."""
+    if views.closely is None:
+        return
+    before, after = views.closely()
+    search = QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
+    for fold in search.run()[:KEPT]:
+        traced = search.still - fold.unexplained
+        if traced < LEAST_TRACE:
+            break
+        words = "a fold within one colour explains what looks different"
+        plan = Plan(fold.actions, "fold", fold.paper, motion, 0.0, words, traced=traced / search.still)
+        yield measured(plan, views, last)
+
+
+@dataclass(frozen=True)
+class QuietFold:
+    """A fold as actions, and the length of lines (sheet units) that changed against it."""
+
+    moving: MovingSet
+    actions: Actions
+    paper: Paper
+    unexplained: float
+    exact: bool
+
+
+class QuietFolds:
+    """The search for folds within one colour by what looks different between two photos."""
+
+    def __init__(self, seen: Differences) -> None:
+        self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
+        self.leaves = Leaves(seen.paper)
+        self.still = seen.unexplained(seen.paper)
+
+    def run(self) -> list[QuietFold]:
+        """Folds that explain what looks different better than no fold does, best first."""
+        if self.still < LEAST_TRACE:
+            return []
+        made = [fold for moving, exact in self._promising() for fold in self._made(moving, exact)]
+        best = sorted(made, key=lambda fold: fold.unexplained)
+        refined = [self._refined(fold) for fold in best[:KEPT] if not fold.exact]
+        return sorted(
+            (f for f in (*best, *refined) if f.unexplained < self.still), key=lambda fold: fold.unexplained
+        )
+
+    def _promising(self) -> list[tuple[MovingSet, bool]]:
+        """Lines and layers whose borders run along the trace, and whether the line is a landmark."""
+        calm = self.scene.agreement(stack_of(self.paper), self.motion) - CALM
+        rated = sorted(
+            (
+                (self._rating(moving), moving, exact)
+                for lines, exact in (
+                    (landmark_lines(self.paper), True),
+                    (np.concatenate([self._aligned(), self._traced()]), False),
+                )
+                for row in both_ways(lines)
+                for moving in self.leaves.moving_sets(as_line(row))
+            ),
+            key=lambda entry: -entry[0],
+        )
+        quiet = (
+            (moving, exact)
+            for _, moving, exact in rated
+            if self.scene.agreement(self.leaves.folded(moving), self.motion) >= calm
+        )
+        return list(islice(quiet, TRIED))
+
+    def _aligned(self) -> Lines:
+        """Lines parallel or square to an edge, (n, 3)."""
+        points = distinct_points(self.paper)
+        rows = []
+        for normal in edge_directions(self.paper):
+            heights = points @ normal
+            offsets = np.arange(heights.min() + SPACING, heights.max(), SPACING)
+            rows.append(np.column_stack([np.full((len(offsets), 2), normal), offsets]))
+        return np.concatenate(rows)
+
+    def _traced(self) -> Lines:
+        """Lines along which something looks different, the longest, (n, 3)."""
+        marked = (self.seen.trace > CLEAR).astype(np.uint8)
+        least = SHORTEST * self.scene.grid.pixels_per_unit
+        found = cv2.HoughLinesP(
+            marked, 1, pi / 180, int(least / 2), minLineLength=least, maxLineGap=least / 3
+        )
+        if found is None:
+            return np.empty((0, 3))
+        ends = carried(self.scene.grid.to_plane(found.reshape(-1, 2, 2)), inverse_of(self.motion))
+        lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        longest = ends[np.argsort(-lengths, kind="stable")[:MOST_TRACED]]
+        return np.array([line_through(tuple(p), tuple(q)) for p, q in longest.tolist()])
+
+    def _rating(self, moving: MovingSet) -> float:
+        """Pixels of the trace on and around what a fold turns, less those of its border that leave none."""
+        turned = [self.leaves.turned(face, moving.line) for face in moving.faces]
+        reflection = mirror(moving.line)
+        now = self._drawn(turned)
+        then = self._drawn([[reflection(p) for p in outline] for outline in turned])
+        rim = (now > 0) & (cv2.erode(now, square(1)) == 0) & self.seen.judged
+        explained = self.seen.trace[near((now | then) > 0, REACH)].sum()
+        return float(explained) / ACROSS - HIDDEN * float((1 - self.seen.shown[rim]).sum())
+
+    def _drawn(self, outlines: Sequence[Sequence[Point]]) -> Labels:
+        return draw_values(outlines, [1] * len(outlines), self.scene.grid, self.motion)
+
+    def _made(self, moving: MovingSet, exact: bool) -> Iterator[QuietFold]:
+        """A fold as real actions, measured."""
+        for actions, folded in realise(self.paper, moving, exact=exact):
+            yield QuietFold(moving, actions, folded, self.seen.unexplained(folded), exact)
+
+    def _refined(self, fold: QuietFold) -> QuietFold:
+        """The fold with the ends of its crease moved to where least is left unexplained."""
+        handles = handles_of(self.leaves, fold.moving)
+        tried: dict[Vector, QuietFold] = {}
+
+        def value(x: Vector) -> float:
+            line = shifted(handles, fold.moving.line, *x)
+            moving = self.leaves.moving_from(line, fold.moving.seed)
+            made = list(self._made(moving, exact=False)) if moving else []
+            if not made:
+                return -self.still
+            tried[x] = min(made, key=lambda f: f.unexplained)
+            return -tried[x].unexplained
+
+        best, _ = climb(value, (0.0, 0.0), (STEP, STEP), 2)
+        return tried.get(best, fold)
