@@ -37,10 +37,9 @@ _PARALLEL = 0.9992
 
 SUB_PIXEL = 0.004
 """Sheet units by which thick paper and a slanting camera alone move a fold line in a photo."""
-MEANT, MEANT_SLACK, MEANT_NOISE, EXACTLY = 0.016, 0.006, 1.0, 1e-6
-"""A line that misses a vertex by less than the first (sheet units) is meant to pass through it, and taken to if that
-explains less by at most the second where there are two of them, and by the third part of what is left unexplained where
-there is one; one that passes within the last of a vertex does pass through it.
+MEANT, MEANT_SLACK, EXACTLY = 0.016, 0.006, 1e-6
+"""A line that misses two vertices by less than the first (sheet units) is meant to pass through them, and taken to if that
+explains less by at most the second; one that passes within the third of a vertex does pass through it.
 """
 HANDHELD = 1.6
 """So many times more is forgiven under a camera in the hand: no photo but the first says how it looks at the sheet."""
@@ -185,24 +184,20 @@ class FoldSearch:
         allowed = max(f.agreement for f in (found, *exact, *bound))
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
         best = found
-        vertex_slack = MEANT_NOISE * (1 - found.agreement)
-        for group, share, near_share, vertex in ((exact, 1.0, 4.0, 0.0), (bound, 0.7, 1.4, vertex_slack)):
+        for group, share, near_share in ((exact, 1.0, 4.0), (bound, 0.7, 1.4)):
             good = [
                 f
                 for f in group
-                if f.agreement
-                >= allowed - self._allowance(found, f, slack * share, slack * near_share, vertex)
+                if f.agreement >= allowed - self._allowance(found, f, slack * share, slack * near_share)
             ]
             if good:
                 best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
                 break
         return [best, *self._other_layers(best)]
 
-    def _allowance(
-        self, found: FoldFound, snapped: FoldFound, far: float, near: float, vertex: float
-    ) -> float:
+    def _allowance(self, found: FoldFound, snapped: FoldFound, far: float, near: float) -> float:
         """How much less a snapped line may explain: ``near`` if a photo can hardly tell it from the found one, else
-        ``far``; more by ``vertex`` where a vertex that it passes through is as good as met, and where two are.
+        ``far``, and more where both vertices that it passes through are as good as met.
         """
         line, old = snapped.moving.line, found.moving.line
         moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
@@ -210,7 +205,7 @@ class FoldSearch:
         met = [
             p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < loose * MEANT
         ]
-        return (near if moved < SUB_PIXEL else far) + (0.0, vertex, loose * MEANT_SLACK)[min(len(met), 2)]
+        return (near if moved < SUB_PIXEL else far) + (loose * MEANT_SLACK if len(met) > 1 else 0.0)
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""
