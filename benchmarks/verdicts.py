@@ -35,12 +35,12 @@ from folding_server.simulator.fold import fold_line
 from folding_server.simulator.plane_geometry import Line
 from folding_server.vision.alignment import align_paper
 from folding_server.vision.comparison import compare
+from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame, see_sequence
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.realise import realise
-from folding_server.vision.solver.scene import Scene
 
 HERE = Path(__file__).resolve().parent
 FOLDERS = (HERE / "reconstruction" / "programs", HERE.parent / "examples" / "programs")

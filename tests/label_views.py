@@ -7,10 +7,10 @@ import numpy as np
 from folding_server.simulator import Paper
 from folding_server.simulator.plane_geometry import Isometry, turn
 from folding_server.vision.borders import visible_borders
+from folding_server.vision.fitting.scene import Scene, Views
 from folding_server.vision.grid import grid_over
 from folding_server.vision.labels import UNKNOWN, as_one_colour
 from folding_server.vision.raster import draw_paper
-from folding_server.vision.solver.scene import Scene, Views
 
 REACH = (-0.6, -0.6, 1.6, 1.6)
 

@@ -11,12 +11,12 @@ from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rota
 from folding_server.errors import ActionRefused
 from folding_server.simulator import Paper, apply, new_paper, replay
 from folding_server.simulator.plane_geometry import IDENTITY, Line
+from folding_server.vision.fitting.scene import stack_of
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import realise
-from folding_server.vision.solver.scene import stack_of
 from folding_server.vision.solver.transition import explain
 from hypothesis import given, strategies
 from label_views import CLEAN, Spoiling, views

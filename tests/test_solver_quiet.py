@@ -8,11 +8,11 @@ from folding_schemas.actions import Action, AddVertex, Fold
 from folding_server.simulator import Paper, apply, replay
 from folding_server.simulator.movement import origins
 from folding_server.simulator.plane_geometry import IDENTITY, turn
+from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.solver.differences import Differences
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.quiet_folds import QuietFolds
-from folding_server.vision.solver.scene import Views
 from folding_server.vision.solver.transition import explain
 from label_views import lit_scene, views
 from paths import ROOT

@@ -10,6 +10,7 @@ from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.discrepancies import discrepancies
+from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.inner_lines import NO_LINES, LineMatch
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
@@ -17,7 +18,6 @@ from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import SeenFrame, see_sequence
-from folding_server.vision.solver.scene import Scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from vision_scenes import Look, PhotoList, paint

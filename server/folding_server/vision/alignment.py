@@ -9,10 +9,10 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
+from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished, scale_of
+from folding_server.vision.fitting.scene import Scene, Stack, stack_of
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
-from folding_server.vision.solver.alignment import SCALES, Vector, climb, nudged, polished, scale_of
-from folding_server.vision.solver.scene import Scene, Stack, stack_of
 
 FARTHEST = 0.3
 """Sheet units that the paper may have drifted."""
@@ -37,7 +37,7 @@ class Alignment:
     """``motion`` takes the predicted paper to where the photo has it.
 
     ``shift`` is (dx, dy in sheet units, degrees clockwise) about the predicted paper's ``centre``;
-    ``agreement`` is what :meth:`folding_server.vision.solver.scene.Scene.agreement_of` gives after the
+    ``agreement`` is what :meth:`folding_server.vision.fitting.scene.Scene.agreement_of` gives after the
     motion, 0 if the photo shows none of the places where the paper should be.
     """
 

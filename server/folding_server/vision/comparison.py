@@ -16,6 +16,7 @@ from folding_server.vision.discrepancies import (
     place_of,
     thin_discrepancies,
 )
+from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import (
     BACK,
@@ -27,7 +28,6 @@ from folding_server.vision.labels import (
 )
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
-from folding_server.vision.solver.scene import Scene
 
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 Mask = npt.NDArray[np.uint8]

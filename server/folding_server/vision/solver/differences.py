@@ -14,11 +14,11 @@ from folding_server.simulator.movement import origins
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import Borders, visible_borders
+from folding_server.vision.fitting.alignment import inverse_of
+from folding_server.vision.fitting.scene import Image, Mask, Scene
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels
 from folding_server.vision.raster import draw_values
-from folding_server.vision.solver.alignment import inverse_of
-from folding_server.vision.solver.scene import Image, Mask, Scene
 
 MATCH = 1
 """Pixels by which a border may move and be the same."""

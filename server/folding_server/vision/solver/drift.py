@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.vision.fitting.alignment import nudged
+from folding_server.vision.fitting.scene import Image, Scene, Stack
 from folding_server.vision.labels import BACK, BACKGROUND, Labels
-from folding_server.vision.solver.alignment import nudged
-from folding_server.vision.solver.scene import Image, Scene, Stack
 
 BINS = 8
 """Edge directions are told apart in steps of 180 degrees / BINS."""

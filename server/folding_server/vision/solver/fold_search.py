@@ -11,8 +11,9 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point
+from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished, scale_of
+from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.labels import Labels
-from folding_server.vision.solver.alignment import Vector, climb, nudged, polished, scale_of
 from folding_server.vision.solver.constructions import constructions
 from folding_server.vision.solver.creases import Family, handles_of, middle, shifted
 from folding_server.vision.solver.leaves import Leaves, MovingSet
@@ -29,7 +30,6 @@ from folding_server.vision.solver.lines import (
     landmark_lines,
 )
 from folding_server.vision.solver.plan import zoom_cost
-from folding_server.vision.solver.scene import Scene, Views, stack_of
 
 _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 
 from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.vision.fitting.alignment import nudged
+from folding_server.vision.fitting.scene import Image, Mask, Scene, Stack, spread_over
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import BACK, BACKGROUND, Labels
-from folding_server.vision.solver.alignment import nudged
-from folding_server.vision.solver.scene import Image, Mask, Scene, Stack, spread_over
 
 REACHES = (0.05, 0.05, 0.035, 0.025, 0.015, 0.015)
 """How far (sheet units) points look along their normals in each round."""

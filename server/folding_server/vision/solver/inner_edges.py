@@ -12,7 +12,7 @@ import numpy as np
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import visible_borders
-from folding_server.vision.solver.scene import Image, Mask, Scene
+from folding_server.vision.fitting.scene import Image, Mask, Scene
 
 FAINT = 0.2
 """An edge of this strength (0 to 1) counts as fully seen."""

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.fitting.alignment import Vector, nudged, polished, scale_of
+from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import Labels
-from folding_server.vision.solver.alignment import Vector, nudged, polished, scale_of
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import FoldFound
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.plan import zoom_cost
 from folding_server.vision.solver.realise import Actions, realise
-from folding_server.vision.solver.scene import Views
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from folding_server.simulator.plane_geometry import (
     mirror,
     overlap,
 )
+from folding_server.vision.fitting.scene import Mask, Stack
 from folding_server.vision.grid import Floats
-from folding_server.vision.solver.scene import Mask, Stack
 
 Pair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point
+from folding_server.vision.fitting.alignment import carried, inverse_of
+from folding_server.vision.fitting.scene import Mask, Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
-from folding_server.vision.solver.alignment import carried, inverse_of
-from folding_server.vision.solver.scene import Mask, Scene, spread_over
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.float64]

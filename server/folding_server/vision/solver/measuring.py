@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from folding_server.simulator.plane_geometry import Isometry
-from folding_server.vision.solver.alignment import Freedom, align, scale_of, turned_between
+from folding_server.vision.fitting.alignment import Freedom, align, scale_of, turned_between
+from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.plan import Plan, zoom_cost
-from folding_server.vision.solver.scene import Views, stack_of
 
 
 def measured(plan: Plan, views: Views, last: Isometry) -> Plan:

@@ -5,10 +5,10 @@ from math import dist
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
-from folding_server.vision.solver.alignment import Aligned, Freedom, align
+from folding_server.vision.fitting.alignment import Aligned, Freedom, align
+from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.solver.drift import Range, drifts
 from folding_server.vision.solver.holding import held
-from folding_server.vision.solver.scene import Scene, Views, stack_of
 from folding_server.vision.solver.whole_moves import best_turns, centered
 
 LOCATED = 0.96

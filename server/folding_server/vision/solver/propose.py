@@ -8,15 +8,15 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
+from folding_server.vision.fitting.alignment import Freedom, align
+from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import Eyes, SeenFrame
-from folding_server.vision.solver.alignment import Freedom, align
 from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.scene import Scene, Views, stack_of
 from folding_server.vision.solver.swings import contradiction, watched
 from folding_server.vision.solver.transition import explain
 

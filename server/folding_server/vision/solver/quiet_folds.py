@@ -10,9 +10,10 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Point, line_through, mirror
+from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
+from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.labels import Labels
 from folding_server.vision.raster import draw_values
-from folding_server.vision.solver.alignment import Vector, carried, climb, inverse_of
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
 from folding_server.vision.solver.leaves import Leaves, MovingSet
@@ -27,7 +28,6 @@ from folding_server.vision.solver.lines import (
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import Actions, realise
-from folding_server.vision.solver.scene import Views, stack_of
 
 LEAST_TRACE = 0.012
 """If less looks different, in all (sheet units of line), nothing was folded."""

@@ -6,7 +6,8 @@ from folding_schemas.results import ActionClass
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
-from folding_server.vision.solver.alignment import scale_of
+from folding_server.vision.fitting.alignment import scale_of
+from folding_server.vision.fitting.scene import Stack, Views, stack_of
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
 from folding_server.vision.solver.leaves import Leaves
@@ -14,7 +15,6 @@ from folding_server.vision.solver.lines import Evidence, as_line, both_ways, evi
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import Actions, realise
-from folding_server.vision.solver.scene import Stack, Views, stack_of
 
 NEARLY_BEST = 0.02
 """Folds along landmarks that look worse than the best by more are not compared by their lines."""

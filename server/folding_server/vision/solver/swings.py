@@ -8,10 +8,10 @@ import numpy as np
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Point, turn
+from folding_server.vision.fitting.alignment import carried, inverse_of
+from folding_server.vision.fitting.scene import Mask, spread_over
 from folding_server.vision.grid import Floats
 from folding_server.vision.motion import Movement
-from folding_server.vision.solver.alignment import carried, inverse_of
-from folding_server.vision.solver.scene import Mask, spread_over
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
-from folding_server.vision.solver.alignment import Freedom, align
+from folding_server.vision.fitting.alignment import Freedom, align
+from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.holding import held
@@ -13,7 +14,6 @@ from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.quiet_folds import quiet_plans
-from folding_server.vision.solver.scene import Views, stack_of
 from folding_server.vision.solver.single_folds import fold_plans, line_plans, nothing_shows
 from folding_server.vision.solver.two_actions import fold_after, two_folds
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans

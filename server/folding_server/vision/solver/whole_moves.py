@@ -9,9 +9,9 @@ from folding_server.errors import ActionRefused
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
-from folding_server.vision.solver.alignment import Aligned, Freedom, align
+from folding_server.vision.fitting.alignment import Aligned, Freedom, align
+from folding_server.vision.fitting.scene import Scene, Stack, stack_of
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.scene import Scene, Stack, stack_of
 
 ROUND_ANGLES = 15.0
 """Rotations within ``ROUND_REACH`` degrees of a multiple of this are taken to be it; the rest is drift."""

@@ -7,9 +7,9 @@ from math import atan2, cos, degrees, exp, hypot, radians, sin
 import numpy as np
 
 from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.vision.fitting.scene import Image, Scene, Stack, soft
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels
-from folding_server.vision.solver.scene import Image, Scene, Stack, soft
 
 Vector = tuple[float, ...]
 
