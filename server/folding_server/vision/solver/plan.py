@@ -32,8 +32,8 @@ THIN_COST = 0.012
 """What it costs to fold nothing but a narrow strip."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
-TRACE_WORTH = 0.004
-"""What it is worth to explain all that looks different within one colour."""
+TRACE_WORTH = 0.008
+"""What it is worth to explain all that looks different within one colour; half of it is worth a quarter."""
 LINE_COST = 0.02
 """What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
 
@@ -75,7 +75,7 @@ class Plan:
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
         doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin
-        return self.looks - cost - self.zoom - turn - doubts + TRACE_WORTH * self.traced
+        return self.looks - cost - self.zoom - turn - doubts + TRACE_WORTH * self.traced**2
 
     @property
     def creases(self) -> bool:

@@ -26,11 +26,13 @@ from folding_server.vision.solver.lines import (
     landmark_lines,
 )
 from folding_server.vision.solver.measuring import measured
-from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import Actions, realise
 
-LEAST_TRACE = 0.012
-"""If less looks different, in all (sheet units of line), nothing was folded."""
+LEAST_TRACE, LEAST_EXPLAINED = 0.012, 0.008
+"""If less than the first looks different, in all (sheet units of line), nothing was folded; a plan that explains less than
+the second explains nothing.
+"""
 CALM = 0.006
 """Folds that make the label image agree worse by more are not of this kind."""
 SPACING = 0.01
@@ -39,25 +41,34 @@ CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
 TRIED, KEPT = 24, 4
 """Folds realised and measured in full, and those of them refined."""
+JUDGED = 16
+"""Plans found otherwise that are judged by what looks different, the best."""
+ROUGHER = 0.015
+"""The share of what looks different that a line must explain beyond one that was constructed."""
 STEP = 0.01
 """Sheet units by which the ends of a crease are first moved."""
 HIDDEN = 0.5
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
-def quiet_plans(paper: Paper, motion: Isometry, views: Views, last: Isometry) -> Iterator[Plan]:
-    """Folds within one colour as plans, if what has not moved lies under ``motion`` and lay under ``last``."""
+def traced_plans(
+    plans: Sequence[Plan], paper: Paper, motion: Isometry, views: Views, last: Isometry
+) -> list[Plan]:
+    """The plans, with how much they explain of what looks different within one colour, and folds found by that.
+
+    What has not moved lies under ``motion`` and lay under ``last``.
+    """
     if views.closely is None:
-        return
+        return list(plans)
     before, after = views.closely()
     search = QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
-    for fold in search.run()[:KEPT]:
-        traced = search.still - fold.unexplained
-        if traced < LEAST_TRACE:
-            break
-        words = "a fold within one colour explains what looks different"
-        plan = Plan(fold.actions, "fold", fold.paper, motion, 0.0, words, traced=traced / search.still)
-        yield measured(plan, views, last)
+    if search.still < LEAST_TRACE:
+        return list(plans)
+    ranked = best_first(plans)
+    judged = [search.judged(p) for p in ranked[:JUDGED]]
+    words = "a fold within one colour explains what looks different"
+    found = [Plan(fold.actions, "fold", fold.paper, motion, 0.0, words) for fold in search.run()[:KEPT]]
+    return [*judged, *ranked[JUDGED:], *(search.judged(measured(plan, views, last)) for plan in found)]
 
 
 @dataclass(frozen=True)
@@ -79,16 +90,24 @@ class QuietFolds:
         self.leaves = Leaves(seen.paper)
         self.still = seen.unexplained(seen.paper)
 
+    def judged(self, plan: Plan) -> Plan:
+        """A plan that moves a part of the paper, with the share that it explains of what looks different."""
+        if not plan.creases or any(action.action in ("rotate", "flip") for action in plan.actions):
+            return plan
+        explained = self.still - self.seen.unexplained(plan.paper)
+        return replace(plan, traced=explained / self.still if explained > LEAST_EXPLAINED else 0.0)
+
     def run(self) -> list[QuietFold]:
-        """Folds that explain what looks different better than no fold does, best first."""
-        if self.still < LEAST_TRACE:
-            return []
+        """Folds that explain what looks different better than no fold does, best first; lines that were constructed
+        before others that explain hardly more.
+        """
         made = [fold for moving, exact in self._promising() for fold in self._made(moving, exact)]
-        best = sorted(made, key=lambda fold: fold.unexplained)
+        best = sorted(made, key=self._rank)
         refined = [self._refined(fold) for fold in best[:KEPT] if not fold.exact]
-        return sorted(
-            (f for f in (*best, *refined) if f.unexplained < self.still), key=lambda fold: fold.unexplained
-        )
+        return sorted((f for f in (*best, *refined) if f.unexplained < self.still), key=self._rank)
+
+    def _rank(self, fold: QuietFold) -> float:
+        return fold.unexplained + (0.0 if fold.exact else ROUGHER * self.still)
 
     def _promising(self) -> list[tuple[MovingSet, bool]]:
         """Lines and layers whose borders run along the trace, and whether the line is a landmark."""

@@ -13,7 +13,7 @@ from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.quiet_folds import quiet_plans
+from folding_server.vision.solver.quiet_folds import traced_plans
 from folding_server.vision.solver.single_folds import fold_plans, line_plans, nothing_shows
 from folding_server.vision.solver.two_actions import fold_after, two_folds
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans
@@ -54,7 +54,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         plans += fold_plans(paper, motions, views, effort)
         if nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views):
             plans += line_plans(paper, nothing.motion, views)
-            plans += quiet_plans(paper, nothing.motion, views, last)
+            plans = traced_plans(plans, paper, nothing.motion, views, last)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
