@@ -113,7 +113,7 @@ class Placement:
     def sheet_to_pixel(self, face: int) -> Matrix:
         """Homography from the unfolded sheet to pixels for the paper of one face."""
         m = self.paper.isometries[face]
-        return scaled(self.folded_to_pixel @ np.array([[m.a, m.b, m.e], [m.c, m.d, m.f], [0, 0, 1.0]]))
+        return scaled(self.folded_to_pixel @ np.array(m.rows))
 
 
 def place(paper: Paper, camera: Camera, folded_to_table: Matrix) -> Placement:

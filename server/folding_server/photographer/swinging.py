@@ -87,8 +87,7 @@ class SwingView:
         if face not in self.swing.starts:
             return 1.0
         across = self.folded_to_table[:, :2] @ [self.swing.line.nx, self.swing.line.ny]
-        rise = (1 if self.swing.over else -1) * sin(radians(self.angle))
-        normal = np.array([-rise * across[0], -rise * across[1], cos(radians(self.angle))])
+        normal = np.array([-self._rise * across[0], -self._rise * across[1], cos(radians(self.angle))])
         lamp = np.array([LEAN * cos(radians(azimuth)), LEAN * sin(radians(azimuth)), 1.0])
         facing = float(normal @ lamp) * (1 if self._still_seen else -1)
         return AMBIENT + (1 - AMBIENT) * float(np.clip(facing, -0.25, 1.2))
@@ -120,7 +119,7 @@ class SwingView:
         """Affine map (4, 3) from the sheet to the table's space."""
         start = self.swing.starts.get(face)
         m = start or self.paper.isometries[face]
-        folded = np.array([[m.a, m.b, m.e], [m.c, m.d, m.f], [0, 0, 1.0]])
+        folded = np.array(m.rows)
         resting = np.array([[1, 0, 0], [0, 1, 0], [0, 0, self._lift + self._thickness], [0, 0, 1.0]])
         return np.asarray(self._table @ (resting if start is None else self._turned) @ folded)
 

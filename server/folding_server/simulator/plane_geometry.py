@@ -44,6 +44,11 @@ class Isometry(NamedTuple):
         return Isometry(a, c, b, d, -(a * e + c * f), -(b * e + d * f))
 
     @property
+    def rows(self) -> tuple[tuple[float, float, float], ...]:
+        """The three rows of its matrix, for points (x, y, 1)."""
+        return (self.a, self.b, self.e), (self.c, self.d, self.f), (0.0, 0.0, 1.0)
+
+    @property
     def mirrors(self) -> bool:
         """Whether it turns the plane over."""
         return self.a * self.d - self.b * self.c < 0

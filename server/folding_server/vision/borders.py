@@ -18,10 +18,14 @@ _VALUES = 254
 
 @dataclass(frozen=True)
 class Borders:
-    """Masks (rows, cols), two pixels wide: ``layers`` between visible planes, ``creases`` within one plane."""
+    """Masks (rows, cols), two pixels wide: ``layers`` between visible planes, ``creases`` within one plane.
+
+    ``topmost`` (rows, cols) has the :func:`value_of` the topmost face, 0 where there is none.
+    """
 
     layers: Mask
     creases: Mask
+    topmost: npt.NDArray[np.uint8]
 
     @property
     def all(self) -> Mask:
@@ -34,9 +38,14 @@ def visible_borders(paper: Paper, grid: Grid, motion: Isometry) -> Borders:
     outlines = [paper.polygon(f) for f in paper.order]
     plane_of = {face: 1 + i % _VALUES for i, group in enumerate(planes(paper)) for face in group}
     by_plane = draw_values(outlines, [plane_of[f] for f in paper.order], grid, motion)
-    by_face = draw_values(outlines, [1 + i % _VALUES for i in range(len(outlines))], grid, motion)
+    by_face = draw_values(outlines, [value_of(paper, f) for f in paper.order], grid, motion)
     layers = changes(by_plane)
-    return Borders(layers, np.asarray(changes(by_face) & ~layers))
+    return Borders(layers, np.asarray(changes(by_face) & ~layers), by_face)
+
+
+def value_of(paper: Paper, face: int) -> int:
+    """The value, 1 to 254, that a face is drawn with."""
+    return 1 + paper.rank[face] % _VALUES
 
 
 def changes(values: npt.NDArray[np.uint8]) -> Mask:

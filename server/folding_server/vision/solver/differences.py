@@ -13,12 +13,11 @@ import numpy as np
 from folding_server.simulator.movement import origins
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
-from folding_server.vision.borders import Borders, visible_borders
+from folding_server.vision.borders import Borders, value_of, visible_borders
 from folding_server.vision.fitting.alignment import inverse_of
 from folding_server.vision.fitting.scene import Image, Mask, Scene
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels
-from folding_server.vision.raster import draw_values
 
 MATCH = 1
 """Pixels by which a border may move and be the same."""
@@ -32,7 +31,6 @@ ACROSS = 3.0
 """Pixels across the trace that a border leaves."""
 FADED = 0.4
 """What a border counts that should have changed something and did not, against a change without a border."""
-_VALUES = 254
 
 
 @dataclass(frozen=True)
@@ -82,44 +80,29 @@ class Differences:
         """
         new = visible_borders(folded, self.after.grid, self.now)
         came, went = new.all & ~near(self.borders.all, MATCH), self.borders.all & ~near(new.all, MATCH)
-        strange = self.trace[~near(came | went | self._changed(folded), REACH)].sum()
+        strange = self.trace[~near(came | went | self._changed(folded, new.topmost), REACH)].sum()
         layers = (came & new.layers) | (went & self.borders.layers)
         hidden = (1 - self.shown[layers & self.judged]).sum()
         unit = self.after.grid.pixels_per_unit
         return float(strange) / (ACROSS * unit) + FADED * self.after.sight * float(hidden) / (2 * unit)
 
-    @cached_property
-    def _seen(self) -> Labels:
-        return _topmost(self.paper, self.after, self.now)
-
-    def _changed(self, folded: Paper) -> Mask:
+    def _changed(self, folded: Paper, topmost: Labels) -> Mask:
         """Where other paper is on top than before."""
         faces = np.zeros(256, np.uint8)
         for face, origin in origins(self.paper, folded).items():
             if folded.isometries[face] == self.paper.isometries[origin]:
-                faces[_value(folded, face)] = _value(self.paper, origin)
-        return np.asarray(faces[_topmost(folded, self.after, self.now)] != self._seen)
+                faces[value_of(folded, face)] = value_of(self.paper, origin)
+        return np.asarray(faces[topmost] != self.borders.topmost)
 
     def _pixels_then(self) -> Floats:
         """The map from pixels of the later photo to those of the earlier, (3, 3)."""
-        still = _matrix(self.then) @ _matrix(inverse_of(self.now))
+        still = np.array(self.then.rows) @ np.array(inverse_of(self.now).rows)
         return np.asarray(self.before.grid.matrix() @ still @ np.linalg.inv(self.after.grid.matrix()))
 
 
 def near(mask: Mask, reach: int) -> Mask:
     """A mask widened by so many pixels."""
     return np.asarray(cv2.dilate(mask.astype(np.uint8), square(reach)) > 0)
-
-
-def _topmost(paper: Paper, scene: Scene, motion: Isometry) -> Labels:
-    """A value for the topmost face at each pixel, 0 where there is none."""
-    outlines = [paper.polygon(f) for f in paper.order]
-    return draw_values(outlines, [_value(paper, f) for f in paper.order], scene.grid, motion)
-
-
-def _value(paper: Paper, face: int) -> int:
-    """The value a face is drawn with; two that share one would have to lie at one place to matter."""
-    return 1 + paper.rank[face] % _VALUES
 
 
 def _different(old: Image, new: Image, same: Mask) -> Image:
@@ -145,11 +128,6 @@ def _sound(scene: Scene) -> Labels:
 def square(reach: int) -> Labels:
     """A square of ones that reaches so many pixels to each side."""
     return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-
-
-def _matrix(motion: Isometry) -> Floats:
-    a, b, c, d, e, f = motion
-    return np.array([[a, b, e], [c, d, f], [0.0, 0.0, 1.0]])
 
 
 def _warped(image: Image | Labels, matrix: Floats, scene: Scene, how: int) -> Image:
