@@ -75,8 +75,15 @@ class View:
         """Distance in Lab of each pixel from the nearest class, lit or shaded, (rows, cols)."""
         distances = [look.strangeness(self.lab, self.grid) for look in self.palette.looks]
         if self.recalled is not None:
-            distances[0] = np.where(self.recalled.known, self.recalled.strangeness(self.lab), distances[0])
+            distances[0] = np.where(self.recalled.known, self.unlike_table, distances[0])
         return np.asarray(np.minimum.reduce(distances), np.float32)
+
+    @cached_property
+    def unlike_table(self) -> Image:
+        """Distance in Lab of each pixel from the remembered table, shadows allowed for; 0 without a memory."""
+        if self.recalled is None:
+            return np.zeros(self.seen.shape, np.float32)
+        return self.recalled.strangeness(self.lab)
 
 
 def obstacles(view: View) -> Bools:
@@ -114,7 +121,7 @@ def _arms(view: View, recalled: Recalled) -> Bools:
     """What is not the table that was there, not paper, and reaches in broadly from the edge, if by a sleeve like paper."""
     lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
     known = recalled.known.astype(np.float32)
-    steady = cv2.blur(recalled.strangeness(view.lab).clip(0, 30) * known, (7, 7))
+    steady = cv2.blur(view.unlike_table.clip(0, 30) * known, (7, 7))
     steady = steady / np.maximum(cv2.blur(known, (7, 7)), 1e-3)
     usual = float(np.median(steady[recalled.known])) if recalled.known.any() else 0.0
     departing = float(np.median(recalled.departure[recalled.known])) if recalled.known.any() else 0.0

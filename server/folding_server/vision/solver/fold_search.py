@@ -92,6 +92,11 @@ class FoldSearch:
         self.points: list[Point] = [(x, y) for x, y in distinct_points(paper).tolist()]
         self._before: dict[tuple[bool, Isometry], Labels] = {}
 
+    @property
+    def calm(self) -> bool:
+        """Whether the photo's classes show no change on the coarse view under some drift: then the fine one is searched."""
+        return any(change.scene is self.fine for change in self.changed)
+
     def run(self) -> list[FoldFound]:
         """Folds that explain the photo, best first, each line with every set of layers that does nearly as well."""
         view = self.changed[0].scene if self.changed else self.coarse

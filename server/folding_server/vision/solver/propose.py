@@ -53,7 +53,8 @@ def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
 
     def closely() -> tuple[Scene, Scene]:
         """Both photos at their finest."""
-        return _scene(eyes.closely(max(1, frame - 1)), before), _scene(eyes.closely(frame), before)
+        earlier, later = eyes.closely(max(1, frame - 1)), eyes.closely(frame)
+        return _scene(earlier, before, lit=True), _scene(later, before, lit=True)
 
     return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
 
@@ -63,13 +64,13 @@ def clearly_best(plans: tuple[Plan, ...]) -> bool:
     return bool(plans) and (len(plans) == 1 or plans[0].score - plans[1].score > CLEAR)
 
 
-def _scene(seen: SeenFrame, before: SeenFrame) -> Scene:
-    """The part of a photo around its paper and that of the photo before."""
+def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
+    """The part of a photo around its paper and that of the photo before; ``lit`` with its lightness."""
     corners = [*_paper_corners(before), *_paper_corners(seen)]
     if not corners:
         return Scene(seen.grid, seen.labels, seen.two_coloured)
     points = np.concatenate(corners)
-    return _cropped(seen, points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
+    return _cropped(seen, points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN, lit=lit)
 
 
 def _paper_corners(seen: SeenFrame) -> list[Floats]:
@@ -78,7 +79,7 @@ def _paper_corners(seen: SeenFrame) -> list[Floats]:
     return [seen.grid.to_plane([(cols.min(), rows.min()), (cols.max(), rows.max())])] if len(rows) else []
 
 
-def _cropped(seen: SeenFrame, low: Floats, high: Floats) -> Scene:
+def _cropped(seen: SeenFrame, low: Floats, high: Floats, *, lit: bool) -> Scene:
     """A window of a seen frame, given its lower left and upper right in the plane."""
     grid, s = seen.grid, seen.grid.pixels_per_unit
     left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
@@ -90,7 +91,9 @@ def _cropped(seen: SeenFrame, low: Floats, high: Floats) -> Scene:
         np.ascontiguousarray(seen.labels[window_rows]),
         seen.two_coloured,
         seen.edges[window_rows],
-        light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32),
+        light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32)
+        if lit
+        else None,
     )
 
 

@@ -28,11 +28,6 @@ MOST_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 
 
-def fold_plans(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> Iterator[Plan]:
-    """Single folds that explain the photo, as actions."""
-    return as_plans(fold_search(paper, motions, views, effort).run(), paper, views, motions[0])
-
-
 def fold_search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
     """The search for a fold after what changed under each of the motions; the first is the likeliest."""
     changed = _changes(stack_of(paper), motions, views)
@@ -76,12 +71,6 @@ def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
     plans = [plan for fold in near[:MOST_LINES] for plan in _realised(paper, fold, ())]
     plans.sort(key=lambda plan: inner_lines(plan.paper, views.fine, motion).contradiction)
     return (measured(plan, views, motion) for plan in plans[:MOST_SETTLED])
-
-
-def nothing_shows(paper: Paper, motions: Sequence[Isometry], views: Views) -> bool:
-    """Whether the photo's classes show no change at all under some drift."""
-    drawn = stack_of(paper)
-    return bool(_calm([evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]))
 
 
 def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:

@@ -14,7 +14,7 @@ from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.quiet_folds import traced_plans
-from folding_server.vision.solver.single_folds import fold_plans, line_plans, nothing_shows
+from folding_server.vision.solver.single_folds import as_plans, fold_search, line_plans
 from folding_server.vision.solver.two_actions import fold_after, two_folds
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans
 
@@ -51,13 +51,15 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
     clear = best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT) and best.action_class != "rotate"
     if not clear:
-        plans += fold_plans(paper, motions, views, effort)
-        if nothing.agreement > views.expected - NOISE or nothing_shows(paper, motions, views):
+        search = fold_search(paper, motions, views, effort)
+        plans += as_plans(search.run(), paper, views, motions[0])
+        if nothing.agreement > views.expected - NOISE or search.calm:
             plans += line_plans(paper, nothing.motion, views)
             plans = traced_plans(plans, paper, nothing.motion, views, last)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
-        plans += fold_plans(paper, moved, views, replace(effort, share=0.6))
+        found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
+        plans += as_plans(found, paper, views, moved[0])
     if max(p.agreement for p in plans) < enough:
         begun = [plan for plan in best_first(plans) if plan.actions][:1]
         plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
