@@ -12,7 +12,7 @@ import pytest
 from client_runs import events, program, shortened
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
-from folding_client.models.evidence import Memory
+from folding_client.models.evidence import Memory, Trial
 from folding_client.models.geometric import GeometricModel
 from folding_client.progress import Silent
 from folding_client.reconstruct import new_job, reconstruct, resumed_job
@@ -338,6 +338,20 @@ def test_without_a_rival_the_best_of_what_was_tried_is_saved_with_a_note() -> No
     )
     assert steps == [(10,), (40,)]
     assert world.used[3] <= 5
+
+
+def test_what_grew_from_steps_that_are_no_longer_allowed_is_not_gone_back_to() -> None:
+    chosen, given_up = ((Rotate(angle=10),),), ((Rotate(angle=20),),)
+    memory = Memory(
+        trials=[
+            Trial(3, given_up, (Rotate(angle=30),), agreement=0.9, matches=False),
+            Trial(3, chosen, (Rotate(angle=40),), agreement=0.8, matches=False),
+        ]
+    )
+    world = World({}, {}, steps=[(10,)], base=2)
+    open_run = RunInfo.model_validate(world.get_run())
+    assert memory.best(open_run) == memory.trials[0]
+    assert memory.best(open_run.model_copy(update={"locked_to": 2})) == memory.trials[1]
 
 
 def test_proposals_far_below_the_best_are_not_tried() -> None:

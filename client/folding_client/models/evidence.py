@@ -72,11 +72,18 @@ class Memory:
         """Whether anything was tried at the frame."""
         return any(trial.frame == frame for trial in self.trials)
 
-    def best(self, frame: int) -> Trial | None:
-        """The trial at the frame that agreed best, the earliest of equals; None if none could be
-        carried out.
+    def best(self, info: RunInfo) -> Trial | None:
+        """The trial at the next frame that agreed best, the earliest of equals; None if none could be carried out.
+
+        A trial that grew from other steps than those committed for good cannot be gone back to.
         """
-        done = [trial for trial in self.trials if trial.frame == frame and trial.agreement >= 0]
+        frame = info.next_frame or 0
+        kept = lineage_of(info, max(info.locked_to, 1) + 1)
+        done = [
+            trial
+            for trial in self.trials
+            if trial.frame == frame and trial.agreement >= 0 and trial.lineage[: len(kept)] == kept
+        ]
         return max(done, key=lambda trial: trial.agreement, default=None)
 
     def retreat(self, info: RunInfo) -> Retreat | None:

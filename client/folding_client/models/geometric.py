@@ -122,7 +122,7 @@ class GeometricModel:
             yield _restore(retreat.frame - 1)
             yield from self._work()
             return
-        best = self.memory.best(info.next_frame or 0)
+        best = self.memory.best(info)
         if best is None:
             message = (
                 f"Nothing that the server proposes for frame {info.next_frame} can be done and compared"
