@@ -5,17 +5,16 @@ from functools import reduce
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.vision.appearance import Look, Palette, coordinates, pixel_cost
+from folding_server.vision.adapting import adapt
+from folding_server.vision.appearance import Palette
 from folding_server.vision.colours import Image, to_lab
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACKGROUND, Labels, is_paper
 from folding_server.vision.mixing import Bools, class_lights, mixtures
-from folding_server.vision.obstacles import View, fingertips, obstacles, sleeves, touching_edge
+from folding_server.vision.obstacles import View, fingertips, obstacles, sleeves
 from folding_server.vision.photos import Picture
 from folding_server.vision.specks import SMALLEST_REGION, Evidence, with_thin_parts, without_specks
-from folding_server.vision.surfaces import Surface, fit_surface
 from folding_server.vision.table_memory import TableMemory, recall
 
 SMOOTHING = 3.5
@@ -78,62 +77,6 @@ def _clearness(costs: Image, labels: Labels) -> Image:
 def class_costs(lab: Image, grid: Grid, palette: Palette) -> Image:
     """The cost of each class at each pixel, (rows, cols, 2 or 3)."""
     return np.stack([look.cost(lab, grid) for look in palette.looks], axis=-1)
-
-
-def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
-    """The palette under this photo's light: the table fitted afresh, the sides of the sheet shifted."""
-    step = max(1, round(grid.pixels_per_unit / 32))
-    coarse_lab, coarse_seen = np.ascontiguousarray(lab[::step, ::step]), seen[::step, ::step]
-    x, y = np.meshgrid(*(axis[::step] for axis in coordinates(grid)))
-    tuned = palette
-    for limit in (ODD_LIGHT, SHADOW_FREE):
-        costs = np.stack([_sampled_cost(look, coarse_lab, x, y) for look in tuned.looks], axis=-1)
-        nearest, least = costs.argmin(axis=-1), costs.min(axis=-1)
-        sure = coarse_seen & (least < limit)
-        sure &= (nearest == 0) | ~touching_edge(sure & (nearest > 0), coarse_seen)
-        looks = [
-            _tuned(tuned.looks[k], k == 0, coarse_lab, x, y, sure & (nearest == k))
-            for k in range(costs.shape[-1])
-        ]
-        tuned = Palette(looks[0], looks[1], looks[2] if len(looks) > 2 else None)
-    return tuned
-
-
-SHADOW_FREE = 4.0
-"""Cost below which a pixel shows its class in plain light."""
-ODD_LIGHT = 12.0
-"""The same before it is known how the light has changed."""
-FARTHEST_SHIFT = 12.0
-"""How far, in Lab, light may move a side's colour between photos."""
-
-
-def _sampled_cost(look: Look, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> Image:
-    """A look's cost at sampled coordinates."""
-    costs = [pixel_cost(lab, s.at(x, y), s.covariance) for s in look.surfaces]
-    return np.asarray(np.minimum.reduce(costs), np.float32)
-
-
-def _tuned(
-    look: Look, table: bool, lab: Image, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], own: Bools
-) -> Look:
-    """A look fitted to the pixels that are surely its own, if there are enough."""
-    if own.sum() < 40:
-        return look
-    if table and len(look.surfaces) == 1:
-        fitted = fit_surface(x[own], y[own], lab[own].astype(np.float64), 2)
-        spread = 0.5 * (fitted.covariance + look.surfaces[0].covariance)
-        return Look((Surface(2, fitted.coefficients, spread, fitted.span),))
-    main = look.surfaces[0]
-    shift = np.median(lab[own] - main.at(x[own], y[own]), axis=0) if len(look.surfaces) == 1 else np.zeros(3)
-    length = float(np.linalg.norm(shift))
-    shift = shift * min(1.0, FARTHEST_SHIFT / max(length, 1e-9))
-    return Look(tuple(_moved(s, shift) for s in look.surfaces))
-
-
-def _moved(surface: Surface, shift: npt.NDArray[np.float64]) -> Surface:
-    coefficients = surface.coefficients.copy()
-    coefficients[0] += shift
-    return Surface(surface.order, coefficients, surface.covariance, surface.span)
 
 
 def _smooth(costs: Image) -> Image:
