@@ -1,7 +1,7 @@
 """Photos as label images of the table plane, in sheet units: the one entrance to perception."""
 
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +88,8 @@ class Eyes:
         default_factory=dict, repr=False, compare=False
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
+    notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
+    """What the solver found out about these photos last."""
 
     @property
     def two_coloured(self) -> bool:

@@ -16,6 +16,8 @@ SLANTED_COST = 0.0025
 """Paper is flipped over sideways or upwards; over a diagonal only if that shows."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
+IDLE_TURN_COST = 0.002
+"""A turn by which nothing seems to change is not what a photo is taken of."""
 NOTHING_HAPPENED = 0.006
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
 
@@ -58,6 +60,7 @@ class Plan:
     swing: float = 0.0
     thin: bool = False
     traced: float = 0.0
+    idle: bool = False
 
     @property
     def score(self) -> float:
@@ -67,14 +70,14 @@ class Plan:
         ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
         ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between;
         ``thin`` marks a last fold that turns nothing but a narrow strip; ``traced`` is the share, 0 to 1, that a fold
-        within one colour explains of what looks different there.
+        within one colour explains of what looks different there; ``idle`` marks a turn that shows nothing.
         """
         cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
-        doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin
+        doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin + IDLE_TURN_COST * self.idle
         return self.looks - cost - self.zoom - turn - doubts + TRACE_WORTH * self.traced**2
 
     @property

@@ -1,7 +1,8 @@
 """Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, floor
+from math import ceil, floor, inf
 
 import cv2
 import numpy as np
@@ -26,20 +27,56 @@ MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 CLEAR = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
+TIE, MOST_TIED = 0.0015, 3
+"""Plans that score less than the best by at most the first are as good as it, if they are among so many."""
+REMEMBERED = 8
+"""Explanations kept: the next photo's are needed again."""
 
 
 def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan, ...]:
     """At most ``count`` plans, best first, that lead from ``paper`` (the state at the frame before) to a frame.
 
+    Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead.
     Raises PhotoError if there is no such frame. Deterministic.
     """
+    plans = _explained(paper, eyes, frame)
+    tied = _tied(plans)
+    if len(tied) > 1 and paper.creases and frame < eyes.photos.frame_count:
+        outlook = {id(plan): plan.score + _explained(plan.paper, eyes, frame + 1)[0].score for plan in tied}
+        plans = tuple(sorted(plans, key=lambda plan: -outlook.get(id(plan), -inf)))
+    return plans[:count]
+
+
+def _tied(plans: Sequence[Plan]) -> list[Plan]:
+    """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class."""
+    tied: list[Plan] = []
+    for plan in plans:
+        alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
+        if plan.score > plans[0].score - TIE and not alike:
+            tied.append(plan)
+    return tied[:MOST_TIED]
+
+
+def _explained(paper: Paper, eyes: Eyes, frame: int) -> tuple[Plan, ...]:
+    """The plans that this photo alone suggests, best first; the last few are remembered."""
+    plans: tuple[Plan, ...]
+    for known_paper, known_frame, plans in eyes.notes:
+        if known_frame == frame and known_paper == paper:
+            return plans
+    plans = _ranked(paper, eyes, frame)
+    eyes.notes[:] = [*eyes.notes[1 - REMEMBERED :], (paper, frame, plans)]
+    return plans
+
+
+def _ranked(paper: Paper, eyes: Eyes, frame: int) -> tuple[Plan, ...]:
+    """Every class of action tried, and held against the images in between; best first."""
     last, views = _views(paper, eyes, frame)
     plans = explain(paper, last, views)
     between = movement(eyes, frame) if frame > 1 else None
     if between is not None:
         seen = watched(between, last)
         plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
-    return tuple(_distinct(plans)[:count])
+    return tuple(_distinct(plans))
 
 
 def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:

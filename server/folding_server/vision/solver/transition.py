@@ -33,7 +33,7 @@ OF_A_KIND = 4
 OFTEN_RIGHT = 2
 """As many of each kind are laid on the photo's borders first."""
 VISIBLE = 0.003
-"""How much better than nothing a fold or unfold must look to count as seen."""
+"""How much better than nothing a fold, an unfolding or a turn must look to count as seen."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
 WORSE, SURELY_WRONG = 0.01, 0.95
@@ -49,8 +49,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
     best = max(plans, key=lambda p: p.looks)
     enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
-    clear = best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT) and best.action_class != "rotate"
-    if not clear:
+    if not _clear(best, nothing):
         search = fold_search(paper, motions, views, effort)
         plans += as_plans(search.run(), paper, views, motions[0])
         if nothing.agreement > views.expected - NOISE or search.calm:
@@ -65,12 +64,25 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
         if max(p.agreement for p in plans) < enough:
             plans += [plan for start in begun for plan in fold_after(start, views, effort)]
-    return best_first([_unseen(plan, nothing) for plan in plans])
+    return best_first([_doubted(plan, nothing) for plan in plans])
 
 
-def _unseen(plan: Plan, nothing: Plan) -> Plan:
-    """A plan that creases, marked if the photo shows no more of it than of nothing at all."""
-    return replace(plan, unseen=plan.creases and not plan.traced and plan.looks < nothing.looks + VISIBLE)
+def _clear(best: Plan, nothing: Plan) -> bool:
+    """Whether a flip or unfold explains the photo so well that no fold need be looked for: by its classes, and by its
+    lines too.
+    """
+    return (
+        best.action_class != "rotate"
+        and best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT)
+        and best.agreement >= nothing.agreement + STANDS_OUT
+    )
+
+
+def _doubted(plan: Plan, nothing: Plan) -> Plan:
+    """A plan, marked if the photo shows no more of its fold, or of its turn, than of nothing at all."""
+    alike = plan.agreement < nothing.agreement + VISIBLE
+    unseen = plan.creases and not plan.traced and alike and plan.looks < nothing.looks + VISIBLE
+    return replace(plan, unseen=unseen, idle=alike and plan.action_class == "rotate")
 
 
 def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
