@@ -110,6 +110,7 @@ def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, words: list[str],
     assert says in failed.stderr
     assert len(failed.stderr.strip().splitlines()) == 1
     assert failed.stdout == ""
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path: Path) -> None:
@@ -128,7 +129,9 @@ def test_a_video_that_cannot_be_used_leaves_no_run(tmp_path: Path) -> None:
     (tmp_path / "letter.mp4").write_text("a letter, not a film\n" * 40)
     failed = command("run", tmp_path / "letter.mp4", "--out", tmp_path / "run")
     assert failed.returncode == 2
-    assert failed.stderr == "letter.mp4 cannot be read as a video: it is cut off or not a video\n"
+    assert failed.stderr == (
+        "letter.mp4 cannot be read as a video: it is cut off or not a video; copy it again, or name another file\n"
+    )
     served = command(
         "run", tmp_path / "letter.mp4", "--out", tmp_path / "run", "--server-url", "http://x/mcp"
     )

@@ -133,8 +133,17 @@ def _sequence(path: Path) -> Path:
 async def reconstruct(job: Job, progress: Progress) -> Outcome:
     """Carry a job out. Whatever ends it, the run folder is complete up to the last event.
 
-    UsageError if the job cannot begin; a stop on the way is an outcome.
+    UsageError if the job cannot begin: a new run then leaves no folder. A stop on the way is an outcome.
     """
+    try:
+        return await _recorded(job, progress)
+    except UsageError:
+        job.folder.discard()
+        raise
+
+
+async def _recorded(job: Job, progress: Progress) -> Outcome:
+    """Carry a job out and keep a record of it."""
     recorder = Recorder(job.folder, _about(job))
     try:
         cast = make_cast(job.settings, recorder)

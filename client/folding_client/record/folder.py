@@ -2,9 +2,11 @@
 half of one.
 """
 
+import contextlib
 import hashlib
 import json
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +46,17 @@ class RunFolder:
         except OSError as error:
             message = f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
             raise UsageError(message) from error
+
+    def discard(self) -> None:
+        """Remove what a run that never began has left; nothing if ``run.json`` says that it began."""
+        if (self.path / "run.json").exists():
+            return
+        for own in (self.path / "images", self.store):
+            shutil.rmtree(own, ignore_errors=True)
+        for own in (self.events, self.path / "server.log"):
+            own.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self.path.rmdir()
 
     def keep_picture(self, picture: Picture) -> str:
         """Write a picture under a name made from its content, once; the path inside the run folder."""

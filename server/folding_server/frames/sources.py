@@ -66,7 +66,10 @@ def image_folder(folder: Path, within: Path) -> ImageFolder:
     Raises PhotoError if the folder is missing, leads elsewhere, or holds two images of one index.
     """
     if not folder.is_dir():
-        raise PhotoError(f"the sequence {within.name} has no folder {folder.name!r} of images")
+        raise PhotoError(
+            f"the sequence {within.name} has no folder {folder.name!r} of images; "
+            "make it, or give the name of the right one in keyframes.json"
+        )
     require_inside(folder, within)
     paths: dict[int, Path] = {}
     for path in sorted(folder.iterdir()):

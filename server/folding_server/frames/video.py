@@ -22,6 +22,7 @@ FORMATS = (
     "mov,mp4,matroska,webm,avi,mpegts,mpeg,mpegvideo,m4v,h264,hevc,flv,asf,ogg,gif,mjpeg,mxf,wav,mp3,aac,flac"
 )
 """Containers that are opened; playlists, which lead to other files, are not among them."""
+NO_VIDEO = "it is cut off or not a video; copy it again, or name another file"
 _CUT_SECONDS = 1.0
 _CUT_PART = 0.05
 _ATTACHED = av.stream.Disposition.attached_pic
@@ -103,14 +104,16 @@ def open_video(path: Path) -> Video:
     if path.is_dir():
         raise PhotoError(f"{path} is a folder: name the file of a video")
     if not path.is_file():
-        raise PhotoError(f"there is no video {path.name} in {path.parent.name or path.parent}")
+        raise PhotoError(
+            f"there is no video {path.name} in {path.parent.resolve().name}; give the path of a video file"
+        )
     with _opened(path) as (container, stream):
         stamps, keys, end, cut = _survey(container, stream)
         promised = (container.duration or 0) / av.time_base
         _check_size(path, stream)
         if cut or (stamps and end < promised - max(_CUT_SECONDS, _CUT_PART * promised)):
             raise PhotoError(
-                f"{path.name} is cut off: {end:.1f} of {promised:.1f} s are there, copy it again"
+                f"{path.name} is cut off: {end:.1f} of {promised:.1f} s are there; copy it again"
             )
         return _video(path, stamps, keys, stream)
 
@@ -118,7 +121,7 @@ def open_video(path: Path) -> Video:
 def _video(path: Path, stamps: list[int | None], keys: list[int], stream: VideoStream) -> Video:
     """The record of a video from the time stamps of its packets."""
     if not stamps:
-        raise PhotoError(f"{path.name} holds no images that can be read: it is cut off or not a video")
+        raise PhotoError(f"{path.name} holds no images that can be read: {NO_VIDEO}")
     known = sorted({stamp for stamp in stamps if stamp is not None})
     if len(known) == len(stamps) and stream.time_base:
         times = tuple(float((stamp - known[0]) * stream.time_base) for stamp in known)
@@ -135,13 +138,15 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
             streams = [stream for stream in container.streams.video if not stream.disposition & _ATTACHED]
             if not streams:
                 kind = "only sound" if container.streams.audio else "neither pictures nor sound"
-                raise PhotoError(f"{path.name} is no video: it holds {kind}")
+                raise PhotoError(f"{path.name} is no video: it holds {kind}; name a film")
             if getattr(streams[0], "codec_context", None) is None:
-                raise PhotoError(f"{path.name} cannot be decoded: it is cut off or of an unknown encoding")
+                raise PhotoError(
+                    f"{path.name} cannot be decoded: it is cut off or of an unknown encoding; convert it to H.264"
+                )
             streams[0].thread_type = "AUTO"
             yield container, streams[0]
     except (av.FFmpegError, UnicodeDecodeError) as error:
-        raise PhotoError(f"{path.name} cannot be read as a video: it is cut off or not a video") from error
+        raise PhotoError(f"{path.name} cannot be read as a video: {NO_VIDEO}") from error
 
 
 def _survey(
