@@ -61,6 +61,7 @@ class Plan:
     thin: bool = False
     traced: float = 0.0
     idle: bool = False
+    regret: float = 0.0
 
     @property
     def score(self) -> float:
@@ -70,7 +71,8 @@ class Plan:
         ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
         ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between;
         ``thin`` marks a last fold that turns nothing but a narrow strip; ``traced`` is the share, 0 to 1, that a fold
-        within one colour explains of what looks different there; ``idle`` marks a turn that shows nothing.
+        within one colour explains of what looks different there; ``idle`` marks a turn that shows nothing;
+        ``regret`` is how much worse than after an equal plan the next photo is explained after this one.
         """
         cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
@@ -78,7 +80,7 @@ class Plan:
         turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
         doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin + IDLE_TURN_COST * self.idle
-        return self.looks - cost - self.zoom - turn - doubts + TRACE_WORTH * self.traced**2
+        return self.looks - cost - self.zoom - turn - doubts - self.regret + TRACE_WORTH * self.traced**2
 
     @property
     def creases(self) -> bool:

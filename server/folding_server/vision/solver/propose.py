@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, floor, inf
+from math import ceil, floor
 
 import cv2
 import numpy as np
@@ -39,12 +39,18 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead.
     Raises PhotoError if there is no such frame. Deterministic.
     """
-    plans = _explained(paper, eyes, frame)
-    tied = _tied(plans)
-    if len(tied) > 1 and paper.creases and frame < eyes.photos.frame_count:
-        outlook = {id(plan): plan.score + _explained(plan.paper, eyes, frame + 1)[0].score for plan in tied}
-        plans = tuple(sorted(plans, key=lambda plan: -outlook.get(id(plan), -inf)))
-    return plans[:count]
+    plans: Sequence[Plan] = _explained(paper, eyes, frame)
+    if paper.creases and frame < eyes.photos.frame_count and len(tied := _tied(plans)) > 1:
+        plans = best_first(
+            [*_foreseen(tied, eyes, frame), *(p for p in plans if all(p is not t for t in tied))]
+        )
+    return tuple(plans[:count])
+
+
+def _foreseen(tied: Sequence[Plan], eyes: Eyes, frame: int) -> list[Plan]:
+    """The plans with how much worse than from another of them the next photo can be explained from where they lead."""
+    outlook = [_explained(plan.paper, eyes, frame + 1)[0].score for plan in tied]
+    return [replace(plan, regret=max(outlook) - own) for plan, own in zip(tied, outlook, strict=True)]
 
 
 def _tied(plans: Sequence[Plan]) -> list[Plan]:
