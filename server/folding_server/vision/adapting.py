@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from folding_server.vision.appearance import Look, Palette, coordinates, pixel_cost
-from folding_server.vision.colours import Image
+from folding_server.vision.colours import Image, skin
 from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.mixing import Bools
 from folding_server.vision.obstacles import touching_edge
@@ -19,8 +21,8 @@ ODD_LIGHT = 12.0
 """The same before it is known how the light has changed."""
 FARTHEST_SHIFT = 12.0
 """How far, in Lab, light may move a side's colour between photos."""
-ONE_LIGHT = 9.0
-"""How far apart, in Lab, the same light may move the colours of both sides: by more, one is something else's, a hand's."""
+ONE_LIGHT = 6.0
+"""How much otherwise, in Lab, than the table's the light may move a colour like skin's: by more, it is a hand that is seen."""
 FEWEST = 40
 """Pixels that are surely of a class from which it can be fitted."""
 
@@ -32,6 +34,11 @@ class _Sample:
     lab: Image
     x: npt.NDArray[np.float64]
     y: npt.NDArray[np.float64]
+
+    @cached_property
+    def skin(self) -> Bools:
+        """Pixels whose colour skin can have, (rows, cols)."""
+        return _skin(self.lab)
 
     def cost(self, look: Look) -> Image:
         """A look's cost at each pixel."""
@@ -52,7 +59,7 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
         sure = coarse_seen & (least < limit)
         sure &= (nearest == 0) | ~touching_edge(sure & (nearest > 0), coarse_seen)
         own = [sure & (nearest == k) for k in range(costs.shape[-1])]
-        sides = _shifted(tuned.looks[1:], sample, own[1:])
+        sides = _shifted(tuned.looks, sample, own)
         tuned = Palette(_table(tuned.table, sample, own[0]), sides[0], sides[1] if len(sides) > 1 else None)
     return tuned
 
@@ -67,23 +74,55 @@ def _table(look: Look, sample: _Sample, own: Bools) -> Look:
 
 
 def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Bools]) -> list[Look]:
-    """The sides of the sheet as light has moved them; if it seems to move them apart, both as that of which more is seen."""
-    shifts = [_shift(look, sample, own) for look, own in zip(looks, owned, strict=True)]
-    if len(shifts) > 1 and all(s.any() for s in shifts) and np.linalg.norm(shifts[0] - shifts[1]) > ONE_LIGHT:
-        most = max(range(len(shifts)), key=lambda k: int(owned[k].sum()))
-        shifts = [shifts[most]] * len(shifts)
-    return [
-        Look(tuple(_moved(surface, shift) for surface in look.surfaces))
-        for look, shift in zip(looks, shifts, strict=True)
-    ]
+    """The sides of the sheet, given with the table before them, as light has moved them.
+
+    A hand must not pass for paper in another light: skin tells nothing of a side of another colour, and a side of about that
+    colour is believed to have moved as the table has.
+    """
+    table, sides = _shift(looks[0], sample, owned[0]), []
+    for look, own in zip(looks[1:], owned[1:], strict=True):
+        shift = np.zeros(3)
+        if len(look.surfaces) == 1 and _is_skin(look):
+            shift = _believed(_shift(look, sample, own), table, _lightness(look) / _lightness(looks[0]))
+        elif len(look.surfaces) == 1:
+            shift = _shift(look, sample, own & ~sample.skin)
+        sides.append(Look(tuple(_moved(surface, shift) for surface in look.surfaces)))
+    return sides
+
+
+def _believed(shift: Floats, table: Floats, ratio: float) -> Floats:
+    """A side's shift if light that has moved the table so can be the reason, else what such light does to the side.
+
+    Light adds to all colours alike, or in proportion to how light they are: ``ratio`` times as much as to the table.
+    """
+    along = float(shift @ table) / max(float(table @ table), 1e-9)
+    expected = table * np.clip(along, min(1.0, ratio), max(1.0, ratio))
+    return shift if np.linalg.norm(shift - expected) <= ONE_LIGHT else np.asarray(expected)
+
+
+def _is_skin(look: Look) -> bool:
+    """Whether the colour of a look is one that skin can have."""
+    return bool(_skin(look.surfaces[0].coefficients[:1].reshape(1, 1, 3)).any())
+
+
+def _skin(lab: npt.NDArray[np.floating]) -> Bools:
+    """Pixels in Lab, (rows, cols, 3), whose colour skin can have."""
+    rgb = cv2.cvtColor(np.asarray(lab, np.float32), cv2.COLOR_LAB2RGB)
+    return skin(np.asarray(np.clip(rgb * 255, 0, 255), np.uint8))
+
+
+def _lightness(look: Look) -> float:
+    """The lightness of a look in the middle of the table, from black on."""
+    return float(look.surfaces[0].coefficients[0][0]) + 16.0
 
 
 def _shift(look: Look, sample: _Sample, own: Bools) -> Floats:
-    """How light has moved a side's colour, (3,), by the pixels that are surely its own; 0 where that cannot be told."""
-    if own.sum() < FEWEST or len(look.surfaces) > 1:
+    """How light has moved a colour, (3,), by the pixels that are surely its own; 0 where that cannot be told."""
+    if own.sum() < FEWEST:
         return np.zeros(3)
-    expected = look.surfaces[0].at(sample.x[own], sample.y[own])
-    shift = np.median(sample.lab[own] - expected, axis=0).astype(np.float64)
+    left = np.stack([sample.lab[own] - s.at(sample.x[own], sample.y[own]) for s in look.surfaces])
+    nearest = np.linalg.norm(left, axis=-1).argmin(axis=0)
+    shift = np.median(left[nearest, np.arange(left.shape[1])], axis=0).astype(np.float64)
     return np.asarray(shift * min(1.0, FARTHEST_SHIFT / max(float(np.linalg.norm(shift)), 1e-9)))
 
 
