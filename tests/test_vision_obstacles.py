@@ -74,18 +74,27 @@ def test_a_brown_hand_on_a_wooden_table_is_unknown(skin: tuple[int, int, int]) -
     assert (bare.labels == UNKNOWN)[100:300, 100:300].mean() < 0.01
 
 
-def test_a_hand_of_about_the_colour_of_the_back_is_no_paper() -> None:
-    look, flat, folded = (
-        Look(front=(235, 215, 95), back=(130, 84, 40), lamp=0.0),
-        new_paper(),
-        fold(new_paper(), (1, 3), 1),
-    )
-    table = np.full((SIDE, SIDE, 3), (200, 172, 128), np.uint8)
+@pytest.mark.parametrize(
+    ("sides", "table_colour", "skin"),
+    [
+        (((235, 215, 95), (130, 84, 40)), (200, 172, 128), (104, 64, 42)),
+        (((200, 50, 45), (226, 224, 218)), (60, 70, 85), (222, 190, 170)),
+    ],
+    ids=["brown", "pale"],
+)
+def test_a_hand_of_about_the_colour_of_the_back_is_no_paper(
+    sides: tuple[tuple[int, int, int], tuple[int, int, int]],
+    table_colour: tuple[int, int, int],
+    skin: tuple[int, int, int],
+) -> None:
+    look = Look(front=sides[0], back=sides[1], lamp=0.0)
+    flat, folded = new_paper(), fold(new_paper(), (1, 3), 1)
+    table = np.full((SIDE, SIDE, 3), table_colour, np.uint8)
     photos = [on_table(paper, look, table, i) for i, paper in enumerate((flat, folded, flat))]
     arm, hand = np.zeros((SIDE, SIDE), np.uint8), np.zeros((SIDE, SIDE), np.uint8)
     cv2.line(arm, (SIDE // 2, SIDE), (SIDE // 2, SIDE - 40), 1, 36)
     cv2.line(hand, (SIDE // 2, SIDE - 60), (SIDE // 2, SIDE // 2 + 10), 1, 34)
-    for mask, colour in ((arm, (40, 70, 130)), (hand, (104, 64, 42))):
+    for mask, colour in ((arm, (40, 70, 130)), (hand, skin)):
         lit = np.array(colour) + np.random.default_rng(4).normal(0, 2.0, (SIDE, SIDE, 3))
         photos[2] = np.where(mask[..., None] > 0, lit, photos[2]).astype(np.uint8)
     eyes = see_sequence(PhotoList(photos))
