@@ -19,7 +19,7 @@ from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.swings import contradiction, watched
-from folding_server.vision.solver.transition import explain
+from folding_server.vision.solver.transition import COMPOUND_BELOW, explain
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""
@@ -49,7 +49,7 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
 
 def _foreseen(tied: Sequence[Plan], eyes: Eyes, frame: int) -> list[Plan]:
     """The plans with how much worse than from another of them the next photo can be explained from where they lead."""
-    outlook = [_explained(plan.paper, eyes, frame + 1)[0].score for plan in tied]
+    outlook = [_explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied]
     return [replace(plan, regret=max(outlook) - own) for plan, own in zip(tied, outlook, strict=True)]
 
 
@@ -63,21 +63,24 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     return tied[:MOST_TIED]
 
 
-def _explained(paper: Paper, eyes: Eyes, frame: int) -> tuple[Plan, ...]:
-    """The plans that this photo alone suggests, best first; the last few are remembered."""
+def _explained(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool = True) -> tuple[Plan, ...]:
+    """The plans that this photo alone suggests, best first; the last few are remembered. Two folds at once take long to find:
+    without ``pairs`` they are not looked for.
+    """
     plans: tuple[Plan, ...]
-    for known_paper, known_frame, plans in eyes.notes:
-        if known_frame == frame and known_paper == paper:
+    for known_paper, known_frame, with_pairs, plans in eyes.notes:
+        enough = with_pairs or not pairs or max(p.agreement for p in plans) >= COMPOUND_BELOW
+        if known_frame == frame and enough and known_paper == paper:
             return plans
-    plans = _ranked(paper, eyes, frame)
-    eyes.notes[:] = [*eyes.notes[1 - REMEMBERED :], (paper, frame, plans)]
+    plans = _ranked(paper, eyes, frame, pairs=pairs)
+    eyes.notes[:] = [*eyes.notes[1 - REMEMBERED :], (paper, frame, pairs, plans)]
     return plans
 
 
-def _ranked(paper: Paper, eyes: Eyes, frame: int) -> tuple[Plan, ...]:
+def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
     """Every class of action tried, and held against the images in between; best first."""
     last, views = _views(paper, eyes, frame)
-    plans = explain(paper, last, views)
+    plans = explain(paper, last, views, pairs=pairs)
     between = movement(eyes, frame) if frame > 1 else None
     if between is not None:
         seen = watched(between, last)

@@ -42,8 +42,13 @@ but what explains less than the second figure is not the explanation.
 """
 
 
-def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort()) -> list[Plan]:
-    """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first."""
+def explain(
+    paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(), *, pairs: bool = True
+) -> list[Plan]:
+    """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first.
+
+    ``pairs`` lets two folds be searched for where one action does not explain COMPOUND_BELOW, or all that can be hoped for.
+    """
     motions = likely_motions(paper, last, views)
     nothing = measured(_nothing(paper, motions, views), views, last)
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
@@ -59,7 +64,7 @@ def explain(paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
         plans += as_plans(found, paper, views, moved[0])
-    if max(p.agreement for p in plans) < enough:
+    if pairs and max(p.agreement for p in plans) < enough:
         begun = [plan for plan in best_first(plans) if plan.actions][:1]
         plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
         if max(p.agreement for p in plans) < enough:
