@@ -113,6 +113,16 @@ def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, words: list[str],
     assert not (tmp_path / "run").exists()
 
 
+def test_a_run_that_cannot_begin_leaves_what_was_in_its_folder_alone(tmp_path: Path) -> None:
+    picture = tmp_path / "images" / "holiday.jpg"
+    picture.parent.mkdir()
+    picture.write_bytes(b"mine")
+    failed = command("run", sequence(2), "--model", "foo:bar", "--out", tmp_path)
+    assert failed.returncode == 2
+    assert picture.read_bytes() == b"mine"
+    assert not (tmp_path / "store").exists()
+
+
 def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path: Path) -> None:
     shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]
     video = write_clip(tmp_path / "clip.mp4", shots).path

@@ -81,6 +81,11 @@ def test_recorded_programs_are_resolved_by_place(path: Path) -> None:
         ("nonsense", "The program is not JSON (line 1, column 1)"),
         ("3", "JSON int"),
         ('{"steps": 3}', "The list of steps is wrong"),
+        ('{"frames": "f"}', "has a key 'frames' that is not known; a program has the keys name"),
+        (
+            '{"steps": [[{"action": "unfold", "why": 1}]]}',
+            "step 1 of the program has a key 'why' that is not known; remove it",
+        ),
         ('{"steps": [3]}', "Step 1 of the program is wrong"),
         ('{"steps": [[], [{"action": "crumple"}]]}', "Action 1 of step 2 of the program is wrong"),
         ('{"steps": [[{"action": "fold", "edge": [1, 2], "direction": 0}]]}', "fold.direction"),

@@ -2,7 +2,6 @@
 half of one.
 """
 
-import contextlib
 import hashlib
 import json
 import os
@@ -24,6 +23,7 @@ class RunFolder:
         self.path = path
         self.events = path / "events.jsonl"
         self.store = path / "store"
+        self._made: tuple[Path, ...] = ()
 
     def require_free(self) -> None:
         """UsageError if a run is in the folder already."""
@@ -39,24 +39,24 @@ class RunFolder:
         already or it cannot be made.
         """
         self.require_free()
+        images = self.path / "images"
+        self._made = tuple(folder for folder in (images, self.store, self.path) if not folder.exists())
         try:
             self.events.unlink(missing_ok=True)
-            (self.path / "images").mkdir(parents=True, exist_ok=True)
+            images.mkdir(parents=True, exist_ok=True)
             self.store.mkdir(exist_ok=True)
         except OSError as error:
             message = f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
             raise UsageError(message) from error
 
     def discard(self) -> None:
-        """Remove what a run that never began has left; nothing if ``run.json`` says that it began."""
-        if (self.path / "run.json").exists():
-            return
-        for own in (self.path / "images", self.store):
-            shutil.rmtree(own, ignore_errors=True)
-        for own in (self.events, self.path / "server.log"):
-            own.unlink(missing_ok=True)
-        with contextlib.suppress(OSError):
-            self.path.rmdir()
+        """Remove the folders that ``create`` made for a run that never began; nothing if ``run.json`` says that it began.
+
+        What was there before stays: a run may be sent to a folder that holds other things.
+        """
+        if not (self.path / "run.json").exists():
+            for own in self._made:
+                shutil.rmtree(own, ignore_errors=True)
 
     def keep_picture(self, picture: Picture) -> str:
         """Write a picture under a name made from its content, once; the path inside the run folder."""

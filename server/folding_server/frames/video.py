@@ -22,7 +22,7 @@ FORMATS = (
     "mov,mp4,matroska,webm,avi,mpegts,mpeg,mpegvideo,m4v,h264,hevc,flv,asf,ogg,gif,mjpeg,mxf,wav,mp3,aac,flac"
 )
 """Containers that are opened; playlists, which lead to other files, are not among them."""
-NO_VIDEO = "it is cut off or not a video; copy it again, or name another file"
+_NO_VIDEO = "it is cut off or not a video; copy it again, or name another file"
 _CUT_SECONDS = 1.0
 _CUT_PART = 0.05
 _ATTACHED = av.stream.Disposition.attached_pic
@@ -105,7 +105,7 @@ def open_video(path: Path) -> Video:
         raise PhotoError(f"{path} is a folder: name the file of a video")
     if not path.is_file():
         raise PhotoError(
-            f"there is no video {path.name} in {path.parent.resolve().name}; give the path of a video file"
+            f"there is no video {path.name} in {path.parent.resolve().name or path.parent}; give the path of a video file"
         )
     with _opened(path) as (container, stream):
         stamps, keys, end, cut = _survey(container, stream)
@@ -121,7 +121,7 @@ def open_video(path: Path) -> Video:
 def _video(path: Path, stamps: list[int | None], keys: list[int], stream: VideoStream) -> Video:
     """The record of a video from the time stamps of its packets."""
     if not stamps:
-        raise PhotoError(f"{path.name} holds no images that can be read: {NO_VIDEO}")
+        raise PhotoError(f"{path.name} holds no images that can be read: {_NO_VIDEO}")
     known = sorted({stamp for stamp in stamps if stamp is not None})
     if len(known) == len(stamps) and stream.time_base:
         times = tuple(float((stamp - known[0]) * stream.time_base) for stamp in known)
@@ -146,7 +146,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
             streams[0].thread_type = "AUTO"
             yield container, streams[0]
     except (av.FFmpegError, UnicodeDecodeError) as error:
-        raise PhotoError(f"{path.name} cannot be read as a video: {NO_VIDEO}") from error
+        raise PhotoError(f"{path.name} cannot be read as a video: {_NO_VIDEO}") from error
 
 
 def _survey(

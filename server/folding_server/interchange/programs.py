@@ -179,10 +179,9 @@ def _first_error(error: ValidationError) -> str:
         loc = loc[1 + len(numbers) :]
     place = ".".join(map(str, loc))
     if first["type"] == "extra_forbidden":
-        known = (
-            f"; a program has the keys {', '.join(Program.model_fields)}" if len(first["loc"]) == 1 else ""
-        )
-        return f"{where} has a key {str(loc[-1])!r} that is not known{known or '; remove it'}."
+        known = f"a program has the keys {', '.join(Program.model_fields)}"
+        cure = known if len(first["loc"]) == 1 else "remove it"
+        return f"{where} has a key {str(loc[-1])!r} that is not known; {cure}."
     return f"{where} is wrong{f' at {place}' if place else ''}: {first['msg']}."
 
 

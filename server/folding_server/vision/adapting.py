@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.appearance import Look, Palette, coordinates, pixel_cost
-from folding_server.vision.colours import Image, skin
+from folding_server.vision.appearance import BLACK, Look, Palette, coordinates, pixel_cost
+from folding_server.vision.colours import Image, lab_to_rgb, skin
 from folding_server.vision.grid import Floats, Grid
 from folding_server.vision.mixing import Bools
 from folding_server.vision.obstacles import touching_edge
@@ -79,14 +78,17 @@ def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Bools]) -> 
     A hand must not pass for paper in another light: skin tells nothing of a side of another colour, and a side of about that
     colour is believed to have moved as the table has.
     """
-    table, sides = _shift(looks[0], sample, owned[0]), []
+    sides = []
     for look, own in zip(looks[1:], owned[1:], strict=True):
-        shift = np.zeros(3)
-        if len(look.surfaces) == 1 and _is_skin(look):
-            shift = _believed(_shift(look, sample, own), table, _lightness(look) / _lightness(looks[0]))
-        elif len(look.surfaces) == 1:
+        if len(look.surfaces) > 1:
+            sides.append(look)
+            continue
+        if _is_skin(look):
+            table, ratio = _shift(looks[0], sample, owned[0]), _lightness(look) / _lightness(looks[0])
+            shift = _believed(_shift(look, sample, own), table, ratio)
+        else:
             shift = _shift(look, sample, own & ~sample.skin)
-        sides.append(Look(tuple(_moved(surface, shift) for surface in look.surfaces)))
+        sides.append(Look((_moved(look.surfaces[0], shift),)))
     return sides
 
 
@@ -107,13 +109,12 @@ def _is_skin(look: Look) -> bool:
 
 def _skin(lab: npt.NDArray[np.floating]) -> Bools:
     """Pixels in Lab, (rows, cols, 3), whose colour skin can have."""
-    rgb = cv2.cvtColor(np.asarray(lab, np.float32), cv2.COLOR_LAB2RGB)
-    return skin(np.asarray(np.clip(rgb * 255, 0, 255), np.uint8))
+    return skin(lab_to_rgb(lab).astype(np.uint8))
 
 
 def _lightness(look: Look) -> float:
-    """The lightness of a look in the middle of the table, from black on."""
-    return float(look.surfaces[0].coefficients[0][0]) + 16.0
+    """The lightness of a look in the middle of the table, from BLACK on."""
+    return float(look.surfaces[0].coefficients[0][0] - BLACK[0])
 
 
 def _shift(look: Look, sample: _Sample, own: Bools) -> Floats:

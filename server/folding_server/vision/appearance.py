@@ -11,7 +11,9 @@ from folding_server.vision.surfaces import Surface
 LAB_FLOOR = (6.0, 3.0, 3.0)
 """Variance that noise and compression add to L, a and b, at least."""
 DEEPEST_SHADOW = 0.45
-"""Least share of its lightness (as L + 16) that a shadow leaves a colour."""
+"""Least share of its distance from BLACK that a shadow leaves a colour."""
+BLACK = np.array([-16, 0, 0], np.float32)
+"""Where in Lab shadows end: light scales the distance of a colour from there."""
 SHADOW_COST = 4.0
 """Cost, in nats, of saying that a pixel lies in shadow."""
 
@@ -58,8 +60,7 @@ class Palette:
 
 def shaded_distance(lab: Image, expected: Image) -> Image:
     """Distance in Lab of each pixel from its expected colour, or what a shadow leaves of it, (rows, cols)."""
-    black = np.array([16, 0, 0], np.float32)
-    ray, seen = expected + black, lab + black
+    ray, seen = expected - BLACK, lab - BLACK
     share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)
     residual = seen - ray * np.clip(share, DEEPEST_SHADOW, 1.05)[..., None]
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", residual, residual)), np.float32)
@@ -71,8 +72,7 @@ def pixel_cost(lab: Image, expected: Image, covariance: Floats, shadows: bool = 
     lit = _quadratic(lab - expected, inverse)
     if not shadows:
         return lit
-    black = np.array([16, 0, 0], np.float32)
-    ray, seen = expected + black, lab + black
+    ray, seen = expected - BLACK, lab - BLACK
     share = np.einsum("...i,...i->...", ray, seen) / np.einsum("...i,...i->...", ray, ray)
     np.clip(share, DEEPEST_SHADOW, 1.0, out=share)
     shaded = _quadratic(seen - ray * share[..., None], inverse)

@@ -33,10 +33,15 @@ def linear_to_lab(linear: npt.NDArray[np.floating]) -> Image:
     )
 
 
-def lab_to_linear(lab: Image) -> Image:
+def lab_to_rgb(lab: npt.NDArray[np.floating]) -> Image:
+    """sRGB, 0 to 255 with fractions, of Lab colours (rows, cols, 3)."""
+    coded = cv2.cvtColor(np.asarray(lab, np.float32), cv2.COLOR_LAB2RGB)
+    return np.asarray(np.clip(coded, 0, 1) * 255.0, np.float32)
+
+
+def lab_to_linear(lab: npt.NDArray[np.floating]) -> Image:
     """Linear light 0 to 1 of Lab colours (rows, cols, 3)."""
-    coded = np.asarray(cv2.cvtColor(lab, cv2.COLOR_LAB2RGB), np.float32)
-    return to_linear(np.clip(coded, 0, 1) * 255.0)
+    return to_linear(lab_to_rgb(lab))
 
 
 def lab_of_linear(linear: Vector) -> Vector:

@@ -15,6 +15,7 @@ from folding_server.vision.colours import (
     cluster,
     lab_of,
     lab_of_linear,
+    lab_to_linear,
     skin,
     to_lab,
     to_linear,
@@ -155,8 +156,7 @@ def lab_distance(first: tuple[int, int, int], second: tuple[int, int, int]) -> f
 
 
 def _linear_of(lab: Vector) -> Vector:
-    coded = cv2.cvtColor(lab.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_LAB2RGB)[0, 0]
-    return to_linear(np.clip(coded, 0, 1) * 255.0).astype(np.float64)
+    return np.asarray(lab_to_linear(lab.reshape(1, 1, 3))[0, 0], np.float64)
 
 
 def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[Group]:

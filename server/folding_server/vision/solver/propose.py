@@ -41,16 +41,10 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     """
     plans: Sequence[Plan] = _explained(paper, eyes, frame)
     if paper.creases and frame < eyes.photos.frame_count and len(tied := _tied(plans)) > 1:
-        plans = best_first(
-            [*_foreseen(tied, eyes, frame), *(p for p in plans if all(p is not t for t in tied))]
-        )
+        outlook = {id(plan): _explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied}
+        best = max(outlook.values())
+        plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])
     return tuple(plans[:count])
-
-
-def _foreseen(tied: Sequence[Plan], eyes: Eyes, frame: int) -> list[Plan]:
-    """The plans with how much worse than from another of them the next photo can be explained from where they lead."""
-    outlook = [_explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied]
-    return [replace(plan, regret=max(outlook) - own) for plan, own in zip(tied, outlook, strict=True)]
 
 
 def _tied(plans: Sequence[Plan]) -> list[Plan]:
@@ -69,8 +63,9 @@ def _explained(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool = True) -> t
     """
     plans: tuple[Plan, ...]
     for known_paper, known_frame, with_pairs, plans in eyes.notes:
-        enough = with_pairs or not pairs or max(p.agreement for p in plans) >= COMPOUND_BELOW
-        if known_frame == frame and enough and known_paper == paper:
+        if (known_frame, known_paper) == (frame, paper) and (
+            with_pairs or not pairs or max(p.agreement for p in plans) >= COMPOUND_BELOW
+        ):
             return plans
     plans = _ranked(paper, eyes, frame, pairs=pairs)
     eyes.notes[:] = [*eyes.notes[1 - REMEMBERED :], (paper, frame, pairs, plans)]
