@@ -21,8 +21,17 @@ DEEPEST_CAST = 0.3
 """Least share of its light that a shadow between two layers leaves the lower one."""
 _OTHER_PAIR = 0.02
 """Linear light by which a mixture of two other classes must fit better than one that has the pixel's own."""
-_NEAR, _FAR = 1e-3, 1e-6
-"""Weight of the class's light far away, and of what the palette says, against its light close by."""
+FAR, TREND = 15, 9
+"""Pixels across of the neighbourhood from which light is taken where none of the class is close by, and of that in which
+it is seen to grow dark towards a border.
+"""
+MOST_DARKENED, STEEPER = 0.8, 1.5
+"""The rim of a class is believed to be no darker than so, against what lies behind it; from there to the border the light
+falls by this power of it.
+"""
+_BEHIND, _WIDE, _ELSEWHERE = 1e-2, 1e-3, 1e-6
+"""Weight of the class's light farther away, far away, and of what the palette says, against its light close by."""
+_TINY = 1e-6
 
 
 def mixtures(labels: Labels, unknown: Bools, rgb: Picture, lights: npt.NDArray[np.float32]) -> Image:
@@ -95,11 +104,47 @@ def _shaded(
 
 
 def _local_mean(light: Image, own: Bools, expected: Image) -> Image:
-    """Mean light of a class's own pixels, away from its borders, in the neighbourhood of each pixel."""
-    core = cv2.erode(own.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
-    weighted = np.dstack([light * core[..., None], core])
-    total = np.asarray(cv2.blur(weighted, (15, 15)), np.float32)
-    wide = cv2.blur(cv2.resize(weighted, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA), (25, 25))
-    total += _NEAR * np.asarray(cv2.resize(wide, (light.shape[1], light.shape[0])), np.float32)
-    total += _FAR * np.dstack([expected, np.ones(own.shape, np.float32)])
+    """Mean light of a class's own pixels in the neighbourhood of each pixel, those close by before those farther away.
+
+    Beside a border it is what the last pixels before it show, darkened on as they are against those behind them.
+    """
+    close, core = (_eroded(own, reach) for reach in (1, 2))
+    far = np.asarray(cv2.blur(_weighted(light, core), (FAR, FAR)), np.float32)
+    near = np.asarray(cv2.blur(_weighted(light, close), (BAND, BAND)), np.float32)
+    near[..., :3] *= _darkening(light, close - core, core)[..., None]
+    total = near + _BEHIND * far
+    wide = cv2.resize(_weighted(light, core), None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    wide = cv2.resize(cv2.blur(wide, (25, 25)), (light.shape[1], light.shape[0]))
+    total += _WIDE * np.asarray(wide, np.float32)
+    total += _ELSEWHERE * np.dstack([expected, np.ones(own.shape, np.float32)])
     return np.asarray(total[..., :3] / total[..., 3:], np.float32)
+
+
+def _darkening(light: Image, rim: Image, core: Image) -> Image:
+    """By how much to darken the rim of a class at its border, (rows, cols) up to 1: the shadow of what lies beside it grows
+    on from what the rim shows against what lies behind it.
+    """
+    grey = light.mean(axis=-1)
+    rim_light, rim_there = _mean_over(grey, rim)
+    core_light, core_there = _mean_over(grey, core)
+    ratio = np.clip(rim_light / np.maximum(core_light, _TINY), MOST_DARKENED, 1.0) ** STEEPER
+    return np.asarray(
+        cv2.blur(np.where(rim_there & core_there, ratio, np.float32(1)), (BAND, BAND)), np.float32
+    )
+
+
+def _mean_over(grey: Image, part: Image) -> tuple[Image, Bools]:
+    """The mean light (rows, cols) of a part of the class around each pixel, and where there is any."""
+    count = np.asarray(cv2.blur(part, (TREND, TREND)), np.float32)
+    total = np.asarray(cv2.blur(grey * part, (TREND, TREND)), np.float32)
+    return np.asarray(total / np.maximum(count, _TINY), np.float32), count > _TINY
+
+
+def _eroded(own: Bools, reach: int) -> Image:
+    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    return np.asarray(cv2.erode(own.astype(np.uint8), kernel), np.float32)
+
+
+def _weighted(light: Image, weight: Image) -> Image:
+    """Light where there is weight, with the weight as a fourth plane, (rows, cols, 4)."""
+    return np.dstack([light * weight[..., None], weight])
