@@ -1,12 +1,14 @@
 """Where a folded state shows lines inside its silhouette: the borders of layers, and creases within them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
+from folding_server.simulator.plane_geometry import Isometry, Polygon
 from folding_server.simulator.planes import planes
 from folding_server.vision.grid import Grid
 from folding_server.vision.raster import draw_values
@@ -39,8 +41,22 @@ def visible_borders(paper: Paper, grid: Grid, motion: Isometry) -> Borders:
     plane_of = {face: 1 + i % _VALUES for i, group in enumerate(planes(paper)) for face in group}
     by_plane = draw_values(outlines, [plane_of[f] for f in paper.order], grid, motion)
     by_face = draw_values(outlines, [value_of(paper, f) for f in paper.order], grid, motion)
+    creases = changes(by_face)
     layers = changes(by_plane)
-    return Borders(layers, np.asarray(changes(by_face) & ~layers), by_face)
+    if (creases & ~layers).any():
+        layers |= creases & _steps(outlines, grid, motion)
+    return Borders(layers, np.asarray(creases & ~layers), by_face)
+
+
+def _steps(outlines: Sequence[Polygon], grid: Grid, motion: Isometry) -> Mask:
+    """Where layers end below: paper laid over their end shows its crease there as clearly as a border."""
+    depth = np.zeros((grid.rows, grid.cols), np.uint8)
+    for outline in outlines:
+        depth += draw_values([outline], [1], grid, motion)
+    depth = np.asarray(cv2.medianBlur(depth, 5))
+    around = np.ones((5, 5), np.uint8)
+    least = cv2.erode(np.where(depth > 0, depth, np.uint8(255)), around)
+    return np.asarray(cv2.dilate(depth, around) > least)
 
 
 def value_of(paper: Paper, face: int) -> int:
