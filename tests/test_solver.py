@@ -16,7 +16,7 @@ from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.realise import realise
+from folding_server.vision.solver.realise import nice_fraction, realise
 from folding_server.vision.solver.transition import explain
 from hypothesis import given, strategies
 from label_views import CLEAN, Spoiling, views
@@ -161,6 +161,24 @@ def test_the_side_meant_moves_however_little_a_line_leans_from_the_vertical(tilt
         (turned,) = (face for face in folded.faces if folded.back_up(face))
         middle = Polygon(folded.sheet_polygon(turned)).representative_point()
         assert line.distance((middle.x, middle.y)) > 0
+
+
+@pytest.mark.parametrize("height", [0.01, 0.012, 0.02, 0.4])
+def test_the_tip_of_a_corner_is_folded_however_short_the_crease(height: float) -> None:
+    paper = replay([Rotate(angle=45)])
+    top = max(y for _, y in paper.positions.values())
+    (moving,) = Leaves(paper).moving_sets(Line(0.0, 1.0, top - height))
+    ((_, folded),) = realise(paper, moving, exact=True)
+    assert max(y for _, y in folded.positions.values()) == pytest.approx(top - height)
+
+
+@pytest.mark.parametrize(
+    ("fraction", "length", "taken"), [(0.501, 1.0, 0.5), (0.51, 0.1, 0.51), (0.503, 0.1, 0.5)]
+)
+def test_a_simple_fraction_is_taken_where_it_is_near_for_the_length_of_the_edge(
+    fraction: float, length: float, taken: float
+) -> None:
+    assert nice_fraction(fraction, length, exact=False) == taken
 
 
 @given(strategies.integers(0, 10**6))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import pytest
-from folding_schemas.actions import Action, AddVertex, Direction, Flip, FlipAxis, Fold
+from folding_schemas.actions import Action, AddVertex, Direction, Flip, FlipAxis, Fold, Unfold
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
@@ -48,3 +48,13 @@ def test_without_a_photo_after_it_the_flip_is_one_of_two() -> None:
     first, second, *_ = propose(papers[1], eyes, 3)
     assert {plan.actions for plan in (first, second)} == {(Flip(axis="x"),), (Flip(axis="y"),)}
     assert abs(first.score - second.score) < 0.001
+
+
+def test_a_crease_that_is_folded_along_next_tells_how_the_sheet_was_turned_over() -> None:
+    diagonal = (Fold(edge=(2, 4), direction=1),)
+    papers = states([diagonal, (Unfold(),), (Flip(axis="y=x"),), diagonal])
+    eyes = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
+    turned, *_ = propose(papers[2], eyes, 4)
+    assert turned.actions in {(Flip(axis="y=x"),), (Flip(axis="y=-x"),)}
+    folded, *_ = propose(turned.paper, eyes, 5)
+    assert not folded.fresh

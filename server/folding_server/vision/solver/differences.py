@@ -23,10 +23,16 @@ MATCH = 1
 """Pixels by which a border may move and be the same."""
 REACH = 2
 """Pixels around a border that came or went within which things look different."""
+CLOSE = 3
+"""Pixels from another border within which a border that came or went need not look different."""
 NOISE = (3.0, 8.0)
 """Differences of so many times the usual one begin to count, and count in full."""
 LEAST_NOISE = 0.5
 """The usual difference of lightness (0 to 255) is at least this."""
+AWAY, ENOUGH = 10, 500
+"""A pattern is looked for so many pixels away from all borders, along which paper looks the same after a flip, and in at
+least so many pixels.
+"""
 ACROSS = 3.0
 """Pixels across the trace that a border leaves."""
 FADED = 0.4
@@ -50,14 +56,36 @@ class Differences:
     @cached_property
     def trace(self) -> Image:
         """How clearly each place of the later photo looks different, (rows, cols) from 0 to 1."""
-        matrix = self._pixels_then()
-        if self.before.detail is None or self.after.detail is None:
+        if self._old is None or self.after.detail is None:
             return np.zeros(self.after.labels.shape, np.float32)
-        old = _warped(self.before.detail, matrix, self.after, cv2.INTER_LINEAR)
-        same = (
-            _warped(_sound(self.before), matrix, self.after, cv2.INTER_NEAREST) == _sound(self.after)
-        ) & self.judged
-        return _different(old, self.after.detail, same)
+        return _different(self._old, self.after.detail, self._same)
+
+    @cached_property
+    def sameness(self) -> float:
+        """The correlation, -1 to 1, of what both photos show of the paper away from its borders: that of a pattern printed on
+        it is near 1 if the paper has not moved, and near 0 if it has, or if there is none.
+        """
+        if self._old is None or self.after.detail is None:
+            return 0.0
+        away = ~near(~self._same | self.borders.all, AWAY)
+        if np.count_nonzero(away) < ENOUGH:
+            return 0.0
+        old, new = self._old[away], self.after.detail[away]
+        spread = float(old.std() * new.std())
+        return float(((old - old.mean()) * (new - new.mean())).mean()) / spread if spread else 0.0
+
+    @cached_property
+    def _old(self) -> Image | None:
+        """The earlier photo's detail where the later one has it if nothing moved."""
+        if self.before.detail is None:
+            return None
+        return _warped(self.before.detail, self._pixels_then(), self.after, cv2.INTER_LINEAR)
+
+    @cached_property
+    def _same(self) -> Mask:
+        """Where both photos show paper of the same class, of one colour all around."""
+        then = _warped(_sound(self.before), self._pixels_then(), self.after, cv2.INTER_NEAREST)
+        return np.asarray((then == _sound(self.after)) & self.judged)
 
     @cached_property
     def shown(self) -> Image:
@@ -81,7 +109,9 @@ class Differences:
         new = visible_borders(folded, self.after.grid, self.now)
         came, went = new.all & ~near(self.borders.all, MATCH), self.borders.all & ~near(new.all, MATCH)
         strange = self.trace[~near(came | went | self._changed(folded, new.topmost), REACH)].sum()
-        layers = (came & new.layers) | (went & self.borders.layers)
+        layers = (came & new.layers & ~near(self.borders.all, CLOSE)) | (
+            went & self.borders.layers & ~near(new.all, CLOSE)
+        )
         hidden = (1 - self.shown[layers & self.judged]).sum()
         unit = self.after.grid.pixels_per_unit
         return float(strange) / (ACROSS * unit) + FADED * self.after.sight * float(hidden) / (2 * unit)

@@ -29,6 +29,8 @@ Pair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""
 NEAR = 0.009
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
+THIN = 0.03
+"""Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,11 @@ class MovingSet:
     line: Line
     seed: int
     faces: frozenset[int]
+
+
+def is_thin(paper: Paper, moving: MovingSet) -> bool:
+    """Whether a fold turns nothing but a narrow strip."""
+    return max(moving.line.distance(p) for face in moving.faces for p in paper.polygon(face)) < THIN
 
 
 class Leaves:

@@ -12,6 +12,7 @@ from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.fitting.alignment import carried, inverse_of
 from folding_server.vision.fitting.scene import Mask, Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
+from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.float64]
@@ -37,13 +38,25 @@ def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
 
 def landmark_lines(paper: Paper) -> Lines:
     """Lines that folders aim at: through two vertices or middles of sides, vertex onto vertex, edge onto edge, square
-    to an edge.
+    to an edge, and where an edge has its mirror image in a symmetrical model.
     """
     points = distinct_points(paper)
     edges = distinct_lines(edge_lines(paper))
     through, _ = _between_pairs(np.concatenate([points, _side_middles(paper)]))
     _, onto = _between_pairs(points)
-    return distinct_lines(np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points)]))
+    axes = axes_of(paper)
+    return distinct_lines(
+        np.concatenate([through, onto, _bisectors(edges), _square_to(edges, points), mirrored(edges, axes)])
+    )
+
+
+def axes_of(paper: Paper) -> Lines:
+    """About what a folder would do the same on both sides: axes of symmetry of the sheet that are creased, and of what it
+    is folded to.
+    """
+    points = distinct_points(paper)
+    folded = symmetry_axes(points, distinct_lines(np.concatenate(_between_pairs(points))))
+    return distinct_lines(np.concatenate([sheet_axes(paper), folded]))
 
 
 def _between_pairs(points: Floats) -> tuple[Lines, Lines]:

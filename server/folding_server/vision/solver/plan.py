@@ -12,13 +12,13 @@ from folding_server.simulator.plane_geometry import Isometry
 
 COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
 """What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
-SLANTED_COST = 0.0025
+SLANTED_COST = 0.0015
 """Paper is flipped over sideways or upwards; over a diagonal only if that shows."""
 COMPOUND_COST = 0.008
 """Keyframes are mostly one action apart."""
 IDLE_TURN_COST = 0.002
 """A turn by which nothing seems to change is not what a photo is taken of."""
-NOTHING_HAPPENED = 0.006
+NOTHING_HAPPENED = 0.008
 """Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
 
 
@@ -32,6 +32,14 @@ UNSEEN_COST = 0.01
 """Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
 THIN_COST = 0.012
 """What it costs to fold nothing but a narrow strip."""
+FRESH_COST = 0.003
+"""What it costs to make a new crease: those that are there were mostly made to be folded along."""
+LOOSE_COST = 0.0005
+"""What it costs that no construction gives the line of the last fold."""
+SLIVER_COST = 0.006
+"""What it costs to crease the paper a hair beside an edge or another crease."""
+UNMOVED_COST = 0.01
+"""What it costs to turn the whole over or about when a pattern printed on it shows that it lies as it did."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
 TRACE_WORTH = 0.008
@@ -56,31 +64,43 @@ class Plan:
     zoom: float = 0.0
     turned: float = 0.0
     contradiction: float = 0.0
-    unseen: bool = False
+    unseen: float = 0.0
     swing: float = 0.0
     thin: bool = False
     traced: float = 0.0
-    idle: bool = False
+    idle: float = 0.0
+    unmoved: float = 0.0
+    loose: bool = False
+    fresh: bool = False
+    sliver: bool = False
     regret: float = 0.0
 
     @property
     def score(self) -> float:
-        """Agreement less the cost of the actions, of changes of scale and angle, and of lines that contradict.
+        """Agreement less the cost of the actions, of changes of scale and angle, and of what else speaks against the plan.
 
         ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
-        ``contradiction`` that of the inner lines, 0 to 2; ``unseen`` marks a fold that the photo does not show;
-        ``swing`` is the share of the paper, 0 to 1, that moved otherwise in the images in between;
-        ``thin`` marks a last fold that turns nothing but a narrow strip; ``traced`` is the share, 0 to 1, that a fold
-        within one colour explains of what looks different there; ``idle`` marks a turn that shows nothing;
-        ``regret`` is how much worse than after an equal plan the next photo is explained after this one.
+        ``contradiction`` that of the inner lines, 0 to 2; ``swing`` is the share of the paper, 0 to 1, that moved
+        otherwise in the images in between; ``traced`` the share, 0 to 1, that a fold within one colour explains of what
+        looks different there. From 0 to 1, ``unseen`` is how far the photo shows nothing of a fold, ``idle`` how far it
+        shows nothing of a turn, and ``unmoved`` how surely a pattern lies as it did though the plan moves all. Of the
+        last fold, ``thin`` says that it turns nothing but a narrow strip, ``fresh`` that it makes new creases, ``loose``
+        that no construction gives its line, and ``sliver`` that it cuts a long sliver off a face. ``regret`` is how much
+        worse than after an equal plan the next photo is explained after this one.
         """
         cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
-        turn = TURN_COST * max(0.0, self.turned - FREE_TURN)
         cost += SWING_COST * self.swing
-        doubts = UNSEEN_COST * self.unseen + THIN_COST * self.thin + IDLE_TURN_COST * self.idle
-        return self.looks - cost - self.zoom - turn - doubts - self.regret + TRACE_WORTH * self.traced**2
+        doubts = UNSEEN_COST * self.unseen + IDLE_TURN_COST * self.idle + UNMOVED_COST * self.unmoved
+        crease = FRESH_COST * self.fresh + LOOSE_COST * self.loose + THIN_COST * self.thin
+        crease += SLIVER_COST * (self.sliver and not self.thin)
+        return self.looks - cost - self.drift - doubts - crease - self.regret + TRACE_WORTH * self.traced**2
+
+    @property
+    def drift(self) -> float:
+        """What it costs that the sheet drifted so far and changed its scale so much."""
+        return self.zoom + TURN_COST * max(0.0, self.turned - FREE_TURN)
 
     @property
     def creases(self) -> bool:

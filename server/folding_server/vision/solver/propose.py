@@ -27,7 +27,7 @@ MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 CLEAR = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
-TIE, MOST_TIED = 0.0015, 3
+TIE, MOST_TIED = 0.002, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 REMEMBERED = 8
 """Explanations kept: the next photo's are needed again."""
@@ -40,7 +40,7 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     Raises PhotoError if there is no such frame. Deterministic.
     """
     plans: Sequence[Plan] = _explained(paper, eyes, frame)
-    if paper.creases and frame < eyes.photos.frame_count and len(tied := _tied(plans)) > 1:
+    if len(paper.faces) > 1 and frame < eyes.photos.frame_count and len(tied := _tied(plans)) > 1:
         outlook = {id(plan): _explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied}
         best = max(outlook.values())
         plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from math import pi
+from math import dist, pi
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ from folding_server.vision.labels import Labels
 from folding_server.vision.raster import draw_values
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
-from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.leaves import Leaves, MovingSet, is_thin
 from folding_server.vision.solver.lines import (
     Lines,
     as_line,
@@ -41,6 +41,10 @@ CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
 TRIED, KEPT = 24, 4
 """Folds realised and measured in full, and those of them refined."""
+UNLIKE, ALIKE = 0.3, 0.6
+"""Correlations up to which a pattern does not show that the paper lies as it did, and from which it does for sure."""
+ELSEWHERE = 0.05
+"""Vertices that lie farther from where they were (sheet units) have moved."""
 JUDGED = 16
 """Plans found otherwise that are judged by what looks different, the best."""
 ROUGHER = 0.015
@@ -61,14 +65,41 @@ def traced_plans(
     if views.closely is None:
         return list(plans)
     before, after = views.closely()
-    search = QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
+    seen = Differences(paper, before, last, replace(after, sight=views.fine.sight), motion)
+    search, unmoved = QuietFolds(seen), min(1.0, max(0.0, (seen.sameness - UNLIKE) / (ALIKE - UNLIKE)))
+    plans = [
+        replace(plan, unmoved=unmoved) if _moves_all(plan) and _displaced(plan, paper, motion) else plan
+        for plan in plans
+    ]
     if search.still < LEAST_TRACE:
-        return list(plans)
+        return plans
     ranked = best_first(plans)
     judged = [search.judged(p) for p in ranked[:JUDGED]]
-    words = "a fold within one colour explains what looks different"
-    found = [Plan(fold.actions, "fold", fold.paper, motion, 0.0, words) for fold in search.run()[:KEPT]]
+    found = [
+        Plan(
+            fold.actions,
+            "fold",
+            fold.paper,
+            motion,
+            0.0,
+            "a fold within one colour explains what looks different",
+            thin=is_thin(paper, fold.moving),
+            loose=not fold.exact,
+        )
+        for fold in search.run()[:KEPT]
+    ]
     return [*judged, *ranked[JUDGED:], *(search.judged(measured(plan, views, last)) for plan in found)]
+
+
+def _moves_all(plan: Plan) -> bool:
+    """Whether a plan turns the whole over or about."""
+    return any(action.action in ("rotate", "flip") for action in plan.actions)
+
+
+def _displaced(plan: Plan, paper: Paper, motion: Isometry) -> bool:
+    """Whether a plan puts any vertex elsewhere than it lies if nothing was done."""
+    now, then = plan.paper.positions, paper.positions
+    return any(dist(plan.motion(now[v]), motion(then[v])) > ELSEWHERE for v in then)
 
 
 @dataclass(frozen=True)
@@ -92,7 +123,7 @@ class QuietFolds:
 
     def judged(self, plan: Plan) -> Plan:
         """A plan that moves a part of the paper, with the share that it explains of what looks different."""
-        if not plan.creases or any(action.action in ("rotate", "flip") for action in plan.actions):
+        if not plan.creases or _moves_all(plan):
             return plan
         explained = self.still - self.seen.unexplained(plan.paper)
         return replace(plan, traced=explained / self.still if explained > LEAST_EXPLAINED else 0.0)

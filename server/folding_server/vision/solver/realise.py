@@ -16,13 +16,19 @@ from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
 
 Actions = tuple[Action, ...]
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
-NICE_REACH = 0.0015
-"""A crossing this near a simple fraction of its edge is taken to be there (in sheet units)."""
+NICE_REACH, NICE_SHARE = 0.0015, 0.005
+"""A crossing this near a simple fraction of its edge is taken to be there (in sheet units, and as a share of the edge: on a
+short one all crossings are near some).
+"""
 MOST_WAYS, MOST_TRIES = 3, 16
 MISSED = 0.003
 """Vertices beside the line by more, together, are taken only if nothing lies nearer (in sheet units)."""
 AT_VERTEX = 0.008
 """A crossing this near a vertex is taken to be at it (in sheet units)."""
+SHORTEST_SPAN, SPAN_PER_MISS = 0.01, 5.0
+"""Points nearer to each other than the first (sheet units), or than so many times what a vertex misses the line by, say too
+little of its direction.
+"""
 
 
 def realise(paper: Paper, moving: MovingSet, *, exact: bool) -> list[tuple[Actions, Paper]]:
@@ -89,7 +95,11 @@ def _ways(paper: Paper, moving: MovingSet, *, exact: bool) -> Iterator[Actions]:
     met = [
         m for face in _starting_faces(paper, moving) for m in _meetings(paper, face, moving.line, exact=exact)
     ]
-    pairs = [(a, b) for a, b in combinations(_once(met), 2) if abs(a.along - b.along) > 5 * AT_VERTEX]
+    pairs = [
+        (a, b)
+        for a, b in combinations(_once(met), 2)
+        if abs(a.along - b.along) > max(SHORTEST_SPAN, SPAN_PER_MISS * max(a.miss, b.miss))
+    ]
     pairs.sort(
         key=lambda ab: (
             ab[0].miss + ab[1].miss > MISSED,
@@ -147,7 +157,8 @@ def _ends_near(near: set[int], edge: Edge, p: Point, q: Point, fraction: float) 
 def nice_fraction(fraction: float, length: float, *, exact: bool) -> float:
     """A fraction of an edge of that length in few digits: six if the line was constructed, else a simple one or three."""
     nearest = min(NICE_FRACTIONS, key=lambda nice: abs(nice - fraction))
-    if abs(nearest - fraction) * length <= (1e-6 if exact else NICE_REACH):
+    reach = 1e-6 if exact else min(NICE_REACH, NICE_SHARE * length)
+    if abs(nearest - fraction) * length <= reach:
         return nearest
     margin = min(0.4, 2 * TOLERANCE / max(length, TOLERANCE))
     return min(max(round(fraction, 6 if exact else 3), margin), 1 - margin)

@@ -10,7 +10,7 @@ from folding_server.vision.fitting.alignment import scale_of
 from folding_server.vision.fitting.scene import Stack, Views, stack_of
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_lines
-from folding_server.vision.solver.leaves import Leaves
+from folding_server.vision.solver.leaves import Leaves, is_thin
 from folding_server.vision.solver.lines import Evidence, as_line, both_ways, evidence, landmark_lines
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
@@ -22,8 +22,6 @@ MISPLACED = 0.02
 """A motion under which the paper agrees worse than under another by more is not where it lies: a rim all around it is
 wrong, however thin.
 """
-THIN = 0.03
-"""Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 MOST_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 
@@ -77,9 +75,17 @@ def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:
     """A found fold as plans of real actions."""
     words = f"{len(found.moving.faces)} of {len(paper.faces)} faces were folded over"
     kind: ActionClass = "compound" if before else "fold"
-    line = found.moving.line
-    reach = max(line.distance(p) for face in found.moving.faces for p in paper.polygon(face))
+    thin = is_thin(paper, found.moving)
     return [
-        Plan((*before, *actions), kind, folded, found.motion, found.agreement, words, thin=reach < THIN)
+        Plan(
+            (*before, *actions),
+            kind,
+            folded,
+            found.motion,
+            found.agreement,
+            words,
+            thin=thin,
+            loose=not found.exact,
+        )
         for actions, folded in realise(paper, found.moving, exact=found.exact)
     ]

@@ -7,6 +7,7 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Views, stack_of
+from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.holding import held
@@ -32,8 +33,6 @@ OF_A_KIND = 4
 """Turns, flips, unfolds and compound moves measured in full: those of one kind often look alike but for their lines."""
 OFTEN_RIGHT = 2
 """As many of each kind are laid on the photo's borders first."""
-VISIBLE = 0.003
-"""How much better than nothing a fold, an unfolding or a turn must look to count as seen."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
 WORSE, SURELY_WRONG = 0.01, 0.95
@@ -69,7 +68,7 @@ def explain(
         plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
         if max(p.agreement for p in plans) < enough:
             plans += [plan for start in begun for plan in fold_after(start, views, effort)]
-    return best_first([_doubted(plan, nothing) for plan in plans])
+    return best_first([doubted(plan, nothing) for plan in plans])
 
 
 def _clear(best: Plan, nothing: Plan) -> bool:
@@ -81,13 +80,6 @@ def _clear(best: Plan, nothing: Plan) -> bool:
         and best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT)
         and best.agreement >= nothing.agreement + STANDS_OUT
     )
-
-
-def _doubted(plan: Plan, nothing: Plan) -> Plan:
-    """A plan, marked if the photo shows no more of its fold, or of its turn, than of nothing at all."""
-    alike = plan.agreement < nothing.agreement + VISIBLE
-    unseen = plan.creases and not plan.traced and alike and plan.looks < nothing.looks + VISIBLE
-    return replace(plan, unseen=unseen, idle=alike and plan.action_class == "rotate")
 
 
 def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
