@@ -49,17 +49,18 @@ def mixtures(labels: Labels, unknown: Bools, rgb: Picture, lights: npt.NDArray[n
 
 
 def class_lights(
-    labels: Labels, unknown: Bools, rgb: Picture, looks: tuple[Look, ...], grid: Grid
+    labels: Labels, unknown: Bools, rgb: Picture, looks: tuple[Look, ...], grid: Grid, mixed: int = 1
 ) -> npt.NDArray[np.float32]:
     """The linear light (3, rows, cols, 3) that each class shows around each pixel.
 
-    ``looks`` say what light to expect of a class where none of it is near.
+    ``looks`` say what light to expect of a class where none of it is near; ``mixed`` is how many pixels on either side
+    of a border show some of both classes.
     """
     light = to_linear(rgb)
     expected = [lab_to_linear(look.surfaces[0].on(*coordinates(grid))) for look in looks]
     expected += [np.zeros_like(light)] * (len(CLASSES) - len(expected))
     owns = [(labels == value) & ~unknown for value in CLASSES]
-    return np.stack([_local_mean(light, own, far) for own, far in zip(owns, expected, strict=True)])
+    return np.stack([_local_mean(light, own, far, mixed) for own, far in zip(owns, expected, strict=True)])
 
 
 def _split(
@@ -103,12 +104,12 @@ def _shaded(
     return ends[0], ends[1]
 
 
-def _local_mean(light: Image, own: Bools, expected: Image) -> Image:
+def _local_mean(light: Image, own: Bools, expected: Image, mixed: int) -> Image:
     """Mean light of a class's own pixels in the neighbourhood of each pixel, those close by before those farther away.
 
     Beside a border it is what the last pixels before it show, darkened on as they are against those behind them.
     """
-    close, core = (_eroded(own, reach) for reach in (1, 2))
+    close, core = (_eroded(own, reach) for reach in (mixed, mixed + 1))
     far = np.asarray(cv2.blur(_weighted(light, core), (FAR, FAR)), np.float32)
     near = np.asarray(cv2.blur(_weighted(light, close), (BAND, BAND)), np.float32)
     near[..., :3] *= _darkening(light, close - core, core)[..., None]

@@ -29,6 +29,8 @@ FINEST = 160.0
 FINEST_LINES = 256.0
 """Pixels per unit at which creases and layer edges are looked for, at most."""
 COARSEST = 64.0
+SHARP = 1.8
+"""A photo so many times finer than it is segmented shows its borders sharply there."""
 MOST_BETWEEN = 5
 """Images in between that are looked at unless more are asked for."""
 KEPT = 64
@@ -146,7 +148,8 @@ class Eyes:
     def _segmented(self, photo: Picture, *, lines: bool = True) -> _Working:
         grid = _working_grid(self.pose)
         rgb, seen = self.pose.rectify(photo, grid)
-        found = segment(rgb, seen, grid, self.palette, self.memory)
+        mixed = 1 if self.pose.pixels_per_unit > SHARP * grid.pixels_per_unit else 2
+        found = segment(rgb, seen, grid, self.palette, self.memory, mixed=mixed)
         finest = _finest_grid(self.pose)
         edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
         return _Working(rgb, found.shares, found.unknown, found.clearness, edges)

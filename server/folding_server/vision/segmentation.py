@@ -38,9 +38,17 @@ def smoothed_lab(rgb: Picture) -> Image:
 
 
 def segment(
-    rgb: Picture, seen: Bools, grid: Grid, palette: Palette, memory: TableMemory | None = None
+    rgb: Picture,
+    seen: Bools,
+    grid: Grid,
+    palette: Palette,
+    memory: TableMemory | None = None,
+    *,
+    mixed: int = 1,
 ) -> Segmented:
-    """Segment a rectified photo whose pixels within the photo are ``seen``."""
+    """Segment a rectified photo whose pixels within the photo are ``seen``; ``mixed`` is how many pixels on either side of a
+    border show some of both classes.
+    """
     lab = smoothed_lab(rgb)
     tuned = adapt(lab, seen, grid, palette)
     recalled = None if memory is None else recall(memory, lab, seen, grid, tuned.table)
@@ -55,7 +63,7 @@ def segment(
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
     unknown |= fingertips(np.asarray((labels == BACKGROUND) & ~unknown), hidden, grid)
     unknown |= sleeves(np.asarray(is_paper(labels) & ~unknown), unknown, seen, grid)
-    lights = class_lights(labels, unknown, rgb, tuned.looks, grid)
+    lights = class_lights(labels, unknown, rgb, tuned.looks, grid, mixed)
     evidence = Evidence(lab, costs, lights, tuned.looks)
     labels = with_thin_parts(labels, unknown, evidence)
     if memory is not None:
