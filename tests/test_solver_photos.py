@@ -1,0 +1,35 @@
+"""The solver on photographs that a person took with a camera in the hand."""
+
+import pytest
+from folding_schemas.actions import AddVertex, Fold
+from folding_server.frames.sequences import load_sequence
+from folding_server.simulator import new_paper
+from folding_server.vision.seeing import see_sequence
+from folding_server.vision.solver import Plan, propose
+from paths import SHARED
+
+
+@pytest.fixture(scope="module")
+def plans() -> list[Plan]:
+    """What is proposed first for each photo of a sailboat after the sheet."""
+    eyes, paper, found = see_sequence(load_sequence(SHARED / "photos" / "sailboat")), new_paper(), []
+    for frame in (2, 3, 4):
+        found.append(propose(paper, eyes, frame)[0])
+        paper = found[-1].paper
+    return found
+
+
+def test_a_fold_meant_to_be_along_the_diagonal_is(plans: list[Plan]) -> None:
+    assert plans[0].actions == (Fold(edge=(2, 4), direction=1),)
+
+
+def test_an_edge_is_folded_onto_an_edge(plans: list[Plan]) -> None:
+    added, fold = plans[1].actions
+    assert isinstance(added, AddVertex)
+    assert added.position == pytest.approx(2 - 2**0.5, abs=1e-6)
+    assert isinstance(fold, Fold)
+
+
+def test_the_hull_is_one_fold(plans: list[Plan]) -> None:
+    assert [action.action for action in plans[2].actions].count("fold") == 1
+    assert plans[2].agreement > 0.97
