@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point, line_through, mirror
+from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through, mirror
 from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
 from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.labels import Labels
@@ -20,6 +20,7 @@ from folding_server.vision.solver.leaves import Leaves, MovingSet, is_thin
 from folding_server.vision.solver.lines import (
     Lines,
     as_line,
+    axes_of,
     both_ways,
     distinct_points,
     edge_directions,
@@ -47,8 +48,12 @@ ELSEWHERE = 0.05
 """Vertices that lie farther from where they were (sheet units) have moved."""
 JUDGED = 16
 """Plans found otherwise that are judged by what looks different, the best."""
-ROUGHER = 0.015
-"""The share of what looks different that a line must explain beyond one that was constructed."""
+CONSTRUCTED, ALIGNED, FREE = 0.0, 0.005, 0.015
+"""The share of what looks different that a line must explain beyond one that was constructed: one that is square to an axis
+of symmetry, and any other.
+"""
+SQUARE = 1e-3
+"""Cosine within which two lines are square to each other."""
 STEP = 0.01
 """Sheet units by which the ends of a crease are first moved."""
 HIDDEN = 0.5
@@ -84,7 +89,7 @@ def traced_plans(
             0.0,
             "a fold within one colour explains what looks different",
             thin=is_thin(paper, fold.moving),
-            loose=not fold.exact,
+            loose=fold.looseness == FREE,
         )
         for fold in search.run()[:KEPT]
     ]
@@ -104,13 +109,15 @@ def _displaced(plan: Plan, paper: Paper, motion: Isometry) -> bool:
 
 @dataclass(frozen=True)
 class QuietFold:
-    """A fold as actions, and the length of lines (sheet units) that changed against it."""
+    """A fold as actions, and the length of lines (sheet units) that changed against it; ``looseness`` is how little its line
+    is bound: CONSTRUCTED, ALIGNED or FREE.
+    """
 
     moving: MovingSet
     actions: Actions
     paper: Paper
     unexplained: float
-    exact: bool
+    looseness: float
 
 
 class QuietFolds:
@@ -118,7 +125,7 @@ class QuietFolds:
 
     def __init__(self, seen: Differences) -> None:
         self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
-        self.leaves = Leaves(seen.paper)
+        self.leaves, self.axes = Leaves(seen.paper), axes_of(seen.paper).tolist()
         self.still = seen.unexplained(seen.paper)
 
     def judged(self, plan: Plan) -> Plan:
@@ -132,23 +139,23 @@ class QuietFolds:
         """Folds that explain what looks different better than no fold does, best first; lines that were constructed
         before others that explain hardly more.
         """
-        made = [fold for moving, exact in self._promising() for fold in self._made(moving, exact)]
+        made = [fold for moving, looseness in self._promising() for fold in self._made(moving, looseness)]
         best = sorted(made, key=self._rank)
-        refined = [self._refined(fold) for fold in best[:KEPT] if not fold.exact]
+        refined = [better for fold in best[:KEPT] if fold.looseness for better in self._refined(fold)]
         return sorted((f for f in (*best, *refined) if f.unexplained < self.still), key=self._rank)
 
     def _rank(self, fold: QuietFold) -> float:
-        return fold.unexplained + (0.0 if fold.exact else ROUGHER * self.still)
+        return fold.unexplained + fold.looseness * self.still
 
-    def _promising(self) -> list[tuple[MovingSet, bool]]:
-        """Lines and layers whose borders run along the trace, and whether the line is a landmark."""
+    def _promising(self) -> list[tuple[MovingSet, float]]:
+        """Lines and layers whose borders run along the trace, and how loose the line is."""
         calm = self.scene.agreement(stack_of(self.paper), self.motion) - CALM
         rated = sorted(
             (
-                (self._rating(moving), moving, exact)
-                for lines, exact in (
-                    (landmark_lines(self.paper), True),
-                    (np.concatenate([self._aligned(), self._traced()]), False),
+                (self._rating(moving), moving, self._looseness(moving.line, otherwise))
+                for lines, otherwise in (
+                    (landmark_lines(self.paper), CONSTRUCTED),
+                    (np.concatenate([self._aligned(), self._traced()]), FREE),
                 )
                 for row in both_ways(lines)
                 for moving in self.leaves.moving_sets(as_line(row))
@@ -156,11 +163,16 @@ class QuietFolds:
             key=lambda entry: -entry[0],
         )
         quiet = (
-            (moving, exact)
-            for _, moving, exact in rated
+            (moving, looseness)
+            for _, moving, looseness in rated
             if self.scene.agreement(self.leaves.folded(moving), self.motion) >= calm
         )
         return list(islice(quiet, TRIED))
+
+    def _looseness(self, line: Line, otherwise: float) -> float:
+        """At most ALIGNED for a line square to an axis of symmetry."""
+        square = any(abs(line.nx * x + line.ny * y) < SQUARE for x, y, _ in self.axes)
+        return min(otherwise, ALIGNED) if square else otherwise
 
     def _aligned(self) -> Lines:
         """Lines parallel or square to an edge, (n, 3)."""
@@ -199,24 +211,31 @@ class QuietFolds:
     def _drawn(self, outlines: Sequence[Sequence[Point]]) -> Labels:
         return draw_values(outlines, [1] * len(outlines), self.scene.grid, self.motion)
 
-    def _made(self, moving: MovingSet, exact: bool) -> Iterator[QuietFold]:
+    def _made(self, moving: MovingSet, looseness: float) -> Iterator[QuietFold]:
         """A fold as real actions, measured."""
-        for actions, folded in realise(self.paper, moving, exact=exact):
-            yield QuietFold(moving, actions, folded, self.seen.unexplained(folded), exact)
+        for actions, folded in realise(self.paper, moving, exact=looseness < FREE):
+            yield QuietFold(moving, actions, folded, self.seen.unexplained(folded), looseness)
 
-    def _refined(self, fold: QuietFold) -> QuietFold:
-        """The fold with the ends of its crease moved to where least is left unexplained."""
+    def _refined(self, fold: QuietFold) -> Iterator[QuietFold]:
+        """The fold with its crease moved to where least is left unexplained: by both ends, and as a whole if it is aligned."""
+        yield self._climbed(fold, (STEP, STEP), FREE)
+        if fold.looseness == ALIGNED:
+            yield self._climbed(fold, (STEP,), ALIGNED)
+
+    def _climbed(self, fold: QuietFold, steps: Vector, looseness: float) -> QuietFold:
+        """The fold with its crease moved by its two ends, or as a whole if there is one step."""
         handles = handles_of(self.leaves, fold.moving)
         tried: dict[Vector, QuietFold] = {}
 
         def value(x: Vector) -> float:
-            line = shifted(handles, fold.moving.line, *x)
-            moving = self.leaves.moving_from(line, fold.moving.seed)
-            made = list(self._made(moving, exact=False)) if moving else []
+            moving = self.leaves.moving_from(
+                shifted(handles, fold.moving.line, x[0], x[-1]), fold.moving.seed
+            )
+            made = list(self._made(moving, looseness)) if moving else []
             if not made:
                 return -self.still
             tried[x] = min(made, key=lambda f: f.unexplained)
             return -tried[x].unexplained
 
-        best, _ = climb(value, (0.0, 0.0), (STEP, STEP), 2)
+        best, _ = climb(value, (0.0,) * len(steps), steps, 2)
         return tried.get(best, fold)
