@@ -38,7 +38,7 @@ LOOSE_COST = 0.0005
 """What it costs that no construction gives the line of the last fold."""
 SLIVER_COST = 0.006
 """What it costs to crease the paper a hair beside an edge or another crease."""
-UNMOVED_COST = 0.01
+UNMOVED_COST = 0.008
 """What it costs to turn the whole over or about when a pattern printed on it shows that it lies as it did."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""

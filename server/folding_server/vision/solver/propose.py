@@ -19,7 +19,7 @@ from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.swings import contradiction, watched
-from folding_server.vision.solver.transition import COMPOUND_BELOW, explain
+from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""
@@ -40,7 +40,8 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     Raises PhotoError if there is no such frame. Deterministic.
     """
     plans: Sequence[Plan] = _explained(paper, eyes, frame)
-    if len(paper.faces) > 1 and frame < eyes.photos.frame_count and len(tied := _tied(plans)) > 1:
+    tied = _tied(plans)
+    if len(tied) > 1 and len(paper.faces) > 1 and frame < eyes.photos.frame_count:
         outlook = {id(plan): _explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied}
         best = max(outlook.values())
         plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])
@@ -48,8 +49,12 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
 
 
 def _tied(plans: Sequence[Plan]) -> list[Plan]:
-    """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class."""
+    """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class. None
+    if even the best is not the explanation.
+    """
     tied: list[Plan] = []
+    if plans[0].agreement < SURELY_WRONG:
+        return tied
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
         if plan.score > plans[0].score - TIE and not alike:

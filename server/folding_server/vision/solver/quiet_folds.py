@@ -42,8 +42,10 @@ CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
 TRIED, KEPT = 24, 4
 """Folds realised and measured in full, and those of them refined."""
-UNLIKE, ALIKE = 0.3, 0.6
-"""Correlations up to which a pattern does not show that the paper lies as it did, and from which it does for sure."""
+UNLIKE, ALIKE = 0.5, 0.8
+"""Correlations up to which a pattern does not show that the paper lies as it did, and from which it does for sure. That of
+a regular pattern may be 0.6 by chance.
+"""
 ELSEWHERE = 0.05
 """Vertices that lie farther from where they were (sheet units) have moved."""
 JUDGED = 16

@@ -18,13 +18,14 @@ EASY_FACES = 12
 """Papers with more faces are searched with fewer lines where several searches are needed."""
 SAME_LINE = 0.02
 """Lines whose normals and offsets differ by less are the same line with other layers."""
-MOST_FIRST = 3
-"""First folds of two tried."""
+MOST_FIRST, FEWER_FIRST = 3, 2
+"""First folds of two tried, and on papers of more faces."""
 
 
 def two_folds(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> Iterator[Plan]:
     """Two folds at once: one that explains a part of the change, then one for the rest."""
-    for first in _partial_folds(paper, motions, views, effort)[:MOST_FIRST]:
+    most = MOST_FIRST if len(paper.faces) <= EASY_FACES else FEWER_FIRST
+    for first in _partial_folds(paper, motions, views, effort)[:most]:
         start = Plan(first.actions, "fold", first.paper, first.found.motion, 0.0, "")
         yield measured(start, views, motions[0])
         yield from _second_folds(paper, first, views, effort)
