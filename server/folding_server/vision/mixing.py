@@ -110,11 +110,12 @@ def _local_mean(light: Image, own: Bools, expected: Image, mixed: int) -> Image:
     Beside a border it is what the last pixels before it show, darkened on as they are against those behind them.
     """
     close, core = (_eroded(own, reach) for reach in (mixed, mixed + 1))
-    far = np.asarray(cv2.blur(_weighted(light, core), (FAR, FAR)), np.float32)
+    inner = _weighted(light, core)
+    far = np.asarray(cv2.blur(inner, (FAR, FAR)), np.float32)
     near = np.asarray(cv2.blur(_weighted(light, close), (BAND, BAND)), np.float32)
     near[..., :3] *= _darkening(light, close - core, core)[..., None]
     total = near + _BEHIND * far
-    wide = cv2.resize(_weighted(light, core), None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    wide = cv2.resize(inner, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
     wide = cv2.resize(cv2.blur(wide, (25, 25)), (light.shape[1], light.shape[0]))
     total += _WIDE * np.asarray(wide, np.float32)
     total += _ELSEWHERE * np.dstack([expected, np.ones(own.shape, np.float32)])

@@ -82,10 +82,15 @@ class Differences:
         return _warped(self.before.detail, self._pixels_then(), self.after, cv2.INTER_LINEAR)
 
     @cached_property
+    def _now(self) -> Labels:
+        """The class of the paper in the later photo where it is of one colour all around, else 0."""
+        return _sound(self.after)
+
+    @cached_property
     def _same(self) -> Mask:
         """Where both photos show paper of the same class, of one colour all around."""
         then = _warped(_sound(self.before), self._pixels_then(), self.after, cv2.INTER_NEAREST)
-        return np.asarray((then == _sound(self.after)) & self.judged)
+        return np.asarray((then == self._now) & self.judged)
 
     @cached_property
     def shown(self) -> Image:
@@ -95,7 +100,7 @@ class Differences:
     @cached_property
     def judged(self) -> Mask:
         """Where the later photo shows paper of one colour all around."""
-        return _sound(self.after) > 0
+        return self._now > 0
 
     @cached_property
     def borders(self) -> Borders:

@@ -108,6 +108,11 @@ class Plan:
         return any(action.action in ("fold", "unfold") for action in self.actions)
 
     @property
+    def moves_all(self) -> bool:
+        """Whether an action turns the whole over or about."""
+        return any(action.action in ("rotate", "flip") for action in self.actions)
+
+    @property
     def looks(self) -> float:
         """Agreement less what the lines inside the paper say against the plan."""
         return self.agreement - LINE_COST * self.contradiction

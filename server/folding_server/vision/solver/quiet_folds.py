@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice
 from math import dist, pi
 
@@ -75,7 +76,7 @@ def traced_plans(
     seen = Differences(paper, before, last, replace(after, sight=views.fine.sight), motion)
     search, unmoved = QuietFolds(seen), min(1.0, max(0.0, (seen.sameness - UNLIKE) / (ALIKE - UNLIKE)))
     plans = [
-        replace(plan, unmoved=unmoved) if _moves_all(plan) and _displaced(plan, paper, motion) else plan
+        replace(plan, unmoved=unmoved) if plan.moves_all and _displaced(plan, paper, motion) else plan
         for plan in plans
     ]
     if search.still < LEAST_TRACE:
@@ -96,11 +97,6 @@ def traced_plans(
         for fold in search.run()[:KEPT]
     ]
     return [*judged, *ranked[JUDGED:], *(search.judged(measured(plan, views, last)) for plan in found)]
-
-
-def _moves_all(plan: Plan) -> bool:
-    """Whether a plan turns the whole over or about."""
-    return any(action.action in ("rotate", "flip") for action in plan.actions)
 
 
 def _displaced(plan: Plan, paper: Paper, motion: Isometry) -> bool:
@@ -127,12 +123,12 @@ class QuietFolds:
 
     def __init__(self, seen: Differences) -> None:
         self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
-        self.leaves, self.axes = Leaves(seen.paper), axes_of(seen.paper).tolist()
+        self.leaves = Leaves(seen.paper)
         self.still = seen.unexplained(seen.paper)
 
     def judged(self, plan: Plan) -> Plan:
         """A plan that moves a part of the paper, with the share that it explains of what looks different."""
-        if not plan.creases or _moves_all(plan):
+        if not plan.creases or plan.moves_all:
             return plan
         explained = self.still - self.seen.unexplained(plan.paper)
         return replace(plan, traced=explained / self.still if explained > LEAST_EXPLAINED else 0.0)
@@ -171,10 +167,14 @@ class QuietFolds:
         )
         return list(islice(quiet, TRIED))
 
+    @cached_property
+    def _axes(self) -> Lines:
+        return axes_of(self.paper)
+
     def _looseness(self, line: Line, otherwise: float) -> float:
         """At most ALIGNED for a line square to an axis of symmetry."""
-        square = any(abs(line.nx * x + line.ny * y) < SQUARE for x, y, _ in self.axes)
-        return min(otherwise, ALIGNED) if square else otherwise
+        aligned = (np.abs(self._axes[:, :2] @ (line.nx, line.ny)) < SQUARE).any()
+        return min(otherwise, ALIGNED) if aligned else otherwise
 
     def _aligned(self) -> Lines:
         """Lines parallel or square to an edge, (n, 3)."""

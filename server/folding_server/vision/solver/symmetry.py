@@ -52,7 +52,8 @@ def symmetry_axes(points: Floats, candidates: Floats) -> Floats:
         return np.empty((0, 3))
     height = candidates[:, :2] @ points.T - candidates[:, 2:3]
     images = points[None] - 2 * height[..., None] * candidates[:, None, :2]
-    gaps = np.linalg.norm(images[:, :, None] - points[None, None], axis=-1).min(axis=2)
+    across, up = (images[:, :, None, i] - points[:, i] for i in (0, 1))
+    gaps = np.sqrt((across**2 + up**2).min(axis=2))
     beside = np.abs(height) > REACH
     paired = beside & (gaps < REACH)
     count = paired.sum(axis=1)
