@@ -20,10 +20,10 @@ ODD_LIGHT = 12.0
 """The same before it is known how the light has changed."""
 FARTHEST_SHIFT = 12.0
 """How far, in Lab, light may move a side's colour between photos."""
-ONE_LIGHT = 6.0
+ONE_LIGHT = 5.0
 """How much otherwise, in Lab, than the table's the light may move a colour like skin's: by more, it is a hand that is seen."""
-FEWEST = 40
-"""Pixels that are surely of a class from which it can be fitted."""
+FEWEST, FEWEST_LIKELY = 40, 0.1
+"""Pixels that are surely of a class from which it can be fitted, and the share of them that one light must explain."""
 
 
 @dataclass(frozen=True)
@@ -79,27 +79,29 @@ def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Bools]) -> 
     colour is believed to have moved as the table has.
     """
     sides = []
+    table = _shift(_left(looks[0], sample, owned[0]))
     for look, own in zip(looks[1:], owned[1:], strict=True):
         if len(look.surfaces) > 1:
             sides.append(look)
             continue
         if _is_skin(look):
-            table, ratio = _shift(looks[0], sample, owned[0]), _lightness(look) / _lightness(looks[0])
-            shift = _believed(_shift(look, sample, own), table, ratio)
+            shift = _believed(_left(look, sample, own), table, _lightness(look) / _lightness(looks[0]))
         else:
-            shift = _shift(look, sample, own & ~sample.skin)
+            shift = _shift(_left(look, sample, own & ~sample.skin))
         sides.append(Look((_moved(look.surfaces[0], shift),)))
     return sides
 
 
-def _believed(shift: Floats, table: Floats, ratio: float) -> Floats:
-    """A side's shift if light that has moved the table so can be the reason, else what such light does to the side.
+def _believed(left: Floats, table: Floats, ratio: float) -> Floats:
+    """A side's shift by those of its pixels (N, 3) for which light that has moved the table so can be the reason; if they are
+    few, what such light does to the side.
 
     Light adds to all colours alike, or in proportion to how light they are: ``ratio`` times as much as to the table.
     """
-    along = float(shift @ table) / max(float(table @ table), 1e-9)
-    expected = table * np.clip(along, min(1.0, ratio), max(1.0, ratio))
-    return shift if np.linalg.norm(shift - expected) <= ONE_LIGHT else np.asarray(expected)
+    low, high = sorted((1.0, ratio))
+    along = np.clip(left @ table / max(float(table @ table), 1e-9), low, high)
+    likely = left[np.linalg.norm(left - along[:, None] * table, axis=1) <= ONE_LIGHT]
+    return _shift(likely) if len(likely) >= max(FEWEST, FEWEST_LIKELY * len(left)) else table * low
 
 
 def _is_skin(look: Look) -> bool:
@@ -117,13 +119,18 @@ def _lightness(look: Look) -> float:
     return float(look.surfaces[0].coefficients[0][0] - BLACK[0])
 
 
-def _shift(look: Look, sample: _Sample, own: Bools) -> Floats:
-    """How light has moved a colour, (3,), by the pixels that are surely its own; 0 where that cannot be told."""
-    if own.sum() < FEWEST:
-        return np.zeros(3)
+def _left(look: Look, sample: _Sample, own: Bools) -> Floats:
+    """What a look leaves of its pixels' colours, (N, 3)."""
     left = np.stack([sample.lab[own] - s.at(sample.x[own], sample.y[own]) for s in look.surfaces])
     nearest = np.linalg.norm(left, axis=-1).argmin(axis=0)
-    shift = np.median(left[nearest, np.arange(left.shape[1])], axis=0).astype(np.float64)
+    return np.asarray(left[nearest, np.arange(left.shape[1])], np.float64)
+
+
+def _shift(left: Floats) -> Floats:
+    """How light has moved a colour, (3,), by what is left of pixels that are surely its own; 0 if they are few."""
+    if len(left) < FEWEST:
+        return np.zeros(3)
+    shift = np.median(left, axis=0)
     return np.asarray(shift * min(1.0, FARTHEST_SHIFT / max(float(np.linalg.norm(shift)), 1e-9)))
 
 

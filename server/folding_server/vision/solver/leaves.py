@@ -55,9 +55,9 @@ class Leaves:
         self.outlines: dict[int, list[Point]] = {f: paper.polygon(f) for f in paper.order}
         self.backs = {f: paper.back_up(f) for f in paper.order}
         self._faces = _Shapes([self.outlines[f] for f in paper.order])
-        joined, covered = self._joined(), self._covered()
-        self._pairs = [pair for pair, _ in (*joined, *covered)]
-        self._ties = _Shapes([shape for _, shape in (*joined, *covered)])
+        tied = [*self._joined(), *self._covered()]
+        self._pairs = np.array([pair for pair, _ in tied], np.intp).reshape(-1, 2)
+        self._ties = _Shapes([shape for _, shape in tied])
 
     def moving_sets(self, line: Line) -> Iterator[MovingSet]:
         """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces."""
@@ -84,34 +84,45 @@ class Leaves:
 
     def overreach(self, moving: MovingSet) -> float:
         """How far what ties a moving layer to one that stays reaches over the line: at most NEAR, 0 if nothing does."""
-        most = self._ties.reach(moving.line)[1] if self._pairs else np.empty(0)
-        order = self.paper.order
-        apart = [order[a] in moving.faces and order[b] not in moving.faces for a, b in self._pairs]
-        return max(0.0, float(np.max(most[apart], initial=0.0)))
+        if not len(self._pairs):
+            return 0.0
+        first, second = np.isin(self.paper.order, list(moving.faces))[self._pairs].T
+        most = self._ties.reach(moving.line)[1]
+        return max(0.0, float(np.max(most[first & ~second], initial=0.0)))
 
     def folded(self, moving: MovingSet) -> Stack:
         """What the stack looks like after a fold."""
         line = moving.line
-        away = Line(-line.nx, -line.ny, -line.offset)
+        away, reflection = Line(-line.nx, -line.ny, -line.offset), mirror(line)
         outlines: list[list[Point]] = []
         backs: list[bool] = []
-        for face in self.paper.order:
-            stays = clip(self.outlines[face], away) if face in moving.faces else self.outlines[face]
+        turned: list[list[Point]] = []
+        upturned: list[bool] = []
+        for face, least, most in zip(self.paper.order, *self._spans(line), strict=True):
+            outline, back = self.outlines[face], self.backs[face]
+            if face not in moving.faces or most <= 0:
+                outlines.append(outline)
+                backs.append(back)
+                continue
+            stays = clip(outline, away) if least < 0 else []
             if len(stays) > 2:
                 outlines.append(stays)
-                backs.append(self.backs[face])
-        for face in reversed(self.paper.order):
-            if face in moving.faces:
-                turned = self.turned(face, line)
-                if len(turned) > 2:
-                    outlines.append(turned)
-                    backs.append(not self.backs[face])
-        return Stack(outlines, backs)
+                backs.append(back)
+            moves = clip(outline, line) if least < 0 else outline
+            if len(moves) > 2:
+                turned.append([reflection(p) for p in moves])
+                upturned.append(not back)
+        return Stack([*outlines, *reversed(turned)], [*backs, *reversed(upturned)])
 
     def turned(self, face: int, line: Line) -> list[Point]:
         """Where the part of a face beyond a line comes to lie; fewer than three points if there is none."""
         reflection = mirror(line)
         return [reflection(p) for p in clip(self.outlines[face], line)]
+
+    def _spans(self, line: Line) -> tuple[list[float], list[float]]:
+        """The least and greatest signed distance from a line of each face's corners, bottom to top."""
+        least, most = self._faces.reach(line)
+        return least.tolist(), most.tolist()
 
     def _joined(self) -> list[tuple[Pair, Sequence[Point]]]:
         """Faces joined by an edge, both ways, and that edge."""
@@ -134,12 +145,14 @@ class Leaves:
 
     def _takes(self, line: Line) -> list[int]:
         """For each rank the faces, as bits, that it takes along: joined off the line, or lying over its moving part."""
-        takes = [0] * len(self.paper.order)
-        if self._pairs:
-            for i in np.nonzero(self._ties.reach(line)[1] > NEAR)[0].tolist():
-                face, other = self._pairs[i]
-                takes[face] |= 1 << other
-        return takes
+        count = len(self.paper.order)
+        if not len(self._pairs):
+            return [0] * count
+        taken = np.zeros((count, count), bool)
+        faces, others = self._pairs[self._ties.reach(line)[1] > NEAR].T
+        taken[faces, others] = True
+        rows = np.packbits(taken, axis=1, bitorder="little")
+        return [int.from_bytes(row.tobytes(), "little") for row in rows]
 
     def _named(self, moved: int) -> frozenset[int]:
         return frozenset(face for rank, face in enumerate(self.paper.order) if moved >> rank & 1)

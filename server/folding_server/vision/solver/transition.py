@@ -40,6 +40,9 @@ WORSE, SURELY_WRONG = 0.01, 0.95
 but what explains less than the second figure is not the explanation.
 """
 
+LOST = 0.9
+"""If the state before explained its own photo less than this it was wrong, and no two folds put that right."""
+
 
 def explain(
     paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(), *, pairs: bool = True
@@ -63,7 +66,7 @@ def explain(
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
         plans += as_plans(found, paper, views, moved[0])
-    if pairs and max(p.agreement for p in plans) < enough:
+    if pairs and views.expected >= LOST and max(p.agreement for p in plans) < enough:
         begun = [plan for plan in best_first(plans) if plan.actions][:1]
         plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
         if max(p.agreement for p in plans) < enough:
