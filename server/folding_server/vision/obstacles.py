@@ -20,8 +20,12 @@ SKIN_UNEXPLAINED = 6.0
 """The same where the colour is one that skin can have."""
 DOUBTFUL = 5.0
 """The same, shadows on paper not allowed for, in whatever reaches in from the edge of the photo."""
-SKIN_DOUBTFUL = 4.0
-"""The same where the colour is one that skin can have: distance in Lab, shadows allowed for."""
+LEAST_STRANGE = 2.5
+"""Distance in Lab, shadows allowed for, from which it may be more than paper in the shadow of a hand."""
+SKIN_DOUBTFUL, SKIN_ON_TABLE = 4.0, 3.0
+"""The same where the colour is one that skin can have, on what is like paper and like the table: distance in Lab, shadows
+allowed for.
+"""
 STRANGE = 16.0
 """Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
 SKIN_STRANGE = 11.0
@@ -112,11 +116,13 @@ def _odd(view: View) -> Bools:
         odd |= (broad > 0) | _arms(view, view.recalled)
     like_paper = view.costs.argmin(axis=-1) > 0
     plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
+    strange = cv2.medianBlur(view.strange, 5)
     doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)
-    doubtful |= like_paper & skin(view.rgb) & (cv2.medianBlur(view.strange, 5) > SKIN_DOUBTFUL)
+    doubtful &= strange > LEAST_STRANGE
+    doubtful |= skin(view.rgb) & (strange > np.where(like_paper, SKIN_DOUBTFUL, SKIN_ON_TABLE))
     kernel = _disc(THINNEST_UNKNOWN, view.grid)
-    joined = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
-    arms = cv2.morphologyEx(joined, cv2.MORPH_OPEN, kernel)
+    broad = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    arms = cv2.morphologyEx(broad, cv2.MORPH_CLOSE, kernel)
     return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
 
 

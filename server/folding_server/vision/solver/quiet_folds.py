@@ -27,7 +27,6 @@ from folding_server.vision.solver.lines import (
     edge_directions,
     landmark_lines,
 )
-from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import Actions, realise
 
@@ -63,40 +62,14 @@ HIDDEN = 0.5
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
-def traced_plans(
-    plans: Sequence[Plan], paper: Paper, motion: Isometry, views: Views, last: Isometry
-) -> list[Plan]:
-    """The plans, with how much they explain of what looks different within one colour, and folds found by that.
-
-    What has not moved lies under ``motion`` and lay under ``last``.
+def quiet_folds(paper: Paper, motion: Isometry, views: Views, last: Isometry) -> "QuietFolds | None":
+    """The search for folds within one colour. What has not moved lies under ``motion`` and lay under ``last``. None if the
+    photos cannot be looked at closely.
     """
     if views.closely is None:
-        return list(plans)
+        return None
     before, after = views.closely()
-    seen = Differences(paper, before, last, replace(after, sight=views.fine.sight), motion)
-    search, unmoved = QuietFolds(seen), min(1.0, max(0.0, (seen.sameness - UNLIKE) / (ALIKE - UNLIKE)))
-    plans = [
-        replace(plan, unmoved=unmoved) if plan.moves_all and _displaced(plan, paper, motion) else plan
-        for plan in plans
-    ]
-    if search.still < LEAST_TRACE:
-        return plans
-    ranked = best_first(plans)
-    judged = [search.judged(p) for p in ranked[:JUDGED]]
-    found = [
-        Plan(
-            fold.actions,
-            "fold",
-            fold.paper,
-            motion,
-            0.0,
-            "a fold within one colour explains what looks different",
-            thin=is_thin(paper, fold.moving),
-            loose=fold.looseness == FREE,
-        )
-        for fold in search.run()[:KEPT]
-    ]
-    return [*judged, *ranked[JUDGED:], *(search.judged(measured(plan, views, last)) for plan in found)]
+    return QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
 
 
 def _displaced(plan: Plan, paper: Paper, motion: Isometry) -> bool:
@@ -125,6 +98,42 @@ class QuietFolds:
         self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
         self.leaves = Leaves(seen.paper)
         self.still = seen.unexplained(seen.paper)
+
+    @property
+    def nothing_traced(self) -> bool:
+        """Whether so little looks different that nothing was folded, or what was is told by lines alone."""
+        return self.still < LEAST_TRACE
+
+    def weighed(self, plans: Sequence[Plan]) -> list[Plan]:
+        """Plans with how surely a pattern says that they move nothing, and the best with what they explain of what looks
+        different.
+        """
+        unmoved = min(1.0, max(0.0, (self.seen.sameness - UNLIKE) / (ALIKE - UNLIKE)))
+        ranked = best_first(
+            [
+                replace(p, unmoved=unmoved) if p.moves_all and _displaced(p, self.paper, self.motion) else p
+                for p in plans
+            ]
+        )
+        if self.nothing_traced:
+            return ranked
+        return [*map(self.judged, ranked[:JUDGED]), *ranked[JUDGED:]]
+
+    def plans(self) -> list[Plan]:
+        """The folds found as plans, not measured yet."""
+        return [
+            Plan(
+                fold.actions,
+                "fold",
+                fold.paper,
+                self.motion,
+                0.0,
+                "a fold within one colour explains what looks different",
+                thin=is_thin(self.paper, fold.moving),
+                loose=fold.looseness == FREE,
+            )
+            for fold in ([] if self.nothing_traced else self.run()[:KEPT])
+        ]
 
     def judged(self, plan: Plan) -> Plan:
         """A plan that moves a part of the paper, with the share that it explains of what looks different."""

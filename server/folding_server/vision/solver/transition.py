@@ -14,7 +14,7 @@ from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.quiet_folds import traced_plans
+from folding_server.vision.solver.quiet_folds import quiet_folds
 from folding_server.vision.solver.single_folds import as_plans, fold_search, line_plans
 from folding_server.vision.solver.two_actions import fold_after, two_folds
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans
@@ -41,7 +41,7 @@ but what explains less than the second figure is not the explanation.
 """
 
 LOST = 0.9
-"""If the state before explained its own photo less than this it was wrong, and no two folds put that right."""
+"""If the state before explained its own photo less than this it was wrong, and what takes long to find puts nothing right."""
 
 
 def explain(
@@ -60,8 +60,7 @@ def explain(
         search = fold_search(paper, motions, views, effort)
         plans += as_plans(search.run(), paper, views, motions[0])
         if nothing.agreement > views.expected - NOISE or search.calm:
-            plans += line_plans(paper, nothing.motion, views)
-            plans = traced_plans(plans, paper, nothing.motion, views, last)
+            plans = _within_a_colour(plans, paper, nothing.motion, views, last)
     if views.handheld and max(p.agreement for p in plans) < enough:
         moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
         found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
@@ -72,6 +71,21 @@ def explain(
         if max(p.agreement for p in plans) < enough:
             plans += [plan for start in begun for plan in fold_after(start, views, effort)]
     return best_first([doubted(plan, nothing) for plan in plans])
+
+
+def _within_a_colour(
+    plans: list[Plan], paper: Paper, motion: Isometry, views: Views, last: Isometry
+) -> list[Plan]:
+    """The plans, weighed by what looks different between the photos within one colour, and folds found by that; or by the
+    lines in this photo, where no fold explains what looks different.
+    """
+    quiet = quiet_folds(paper, motion, views, last)
+    if quiet is None:
+        return [*plans, *line_plans(paper, motion, views)]
+    found = [quiet.judged(measured(plan, views, last)) for plan in quiet.plans()]
+    if not found and views.expected >= LOST:
+        plans = [*plans, *line_plans(paper, motion, views)]
+    return [*quiet.weighed(plans), *found]
 
 
 def _clear(best: Plan, nothing: Plan) -> bool:
