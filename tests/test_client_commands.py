@@ -153,10 +153,11 @@ def test_a_video_that_cannot_be_used_leaves_no_run(tmp_path: Path) -> None:
 def test_a_sequence_the_server_cannot_use_is_refused_in_its_words(tmp_path: Path) -> None:
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "keyframes.json").write_text("not JSON")
-    failed = command("run", tmp_path / "broken", "--out", tmp_path / "run")
+    failed = command("run", tmp_path / "broken", "--out", tmp_path / "runs" / "run")
     assert failed.returncode == 2
     assert "keyframes.json" in failed.stderr
     assert len(failed.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "runs").exists()
 
 
 def test_a_sequence_goes_by_the_name_in_its_manifest(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ class RunFolder:
         self.events = path / "events.jsonl"
         self.store = path / "store"
         self._made: tuple[Path, ...] = ()
+        self._parents: tuple[Path, ...] = ()
 
     def require_free(self) -> None:
         """UsageError if a run is in the folder already."""
@@ -41,6 +43,7 @@ class RunFolder:
         self.require_free()
         images = self.path / "images"
         self._made = tuple(folder for folder in (images, self.store, self.path) if not folder.exists())
+        self._parents = tuple(folder for folder in self.path.parents if not folder.exists())
         try:
             self.events.unlink(missing_ok=True)
             images.mkdir(parents=True, exist_ok=True)
@@ -52,11 +55,14 @@ class RunFolder:
     def discard(self) -> None:
         """Remove the folders that ``create`` made for a run that never began; nothing if ``run.json`` says that it began.
 
-        What was there before stays: a run may be sent to a folder that holds other things.
+        What was there before stays: a run may be sent to a folder that holds other things, and others beside it.
         """
         if not (self.path / "run.json").exists():
             for own in self._made:
                 shutil.rmtree(own, ignore_errors=True)
+            with suppress(OSError):
+                for parent in self._parents:
+                    parent.rmdir()
 
     def keep_picture(self, picture: Picture) -> str:
         """Write a picture under a name made from its content, once; the path inside the run folder."""
