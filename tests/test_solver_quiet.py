@@ -4,14 +4,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-import pytest
 from folding_schemas.actions import Action, AddVertex, Fold
 from folding_server.simulator import Paper, apply, replay
 from folding_server.simulator.movement import origins
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
-from folding_server.vision.fitting.alignment import carried, inverse_of
-from folding_server.vision.fitting.scene import Scene, Views
+from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.solver.differences import Differences
 from folding_server.vision.solver.plan import Plan
@@ -102,29 +99,6 @@ def test_the_true_fold_leaves_least_unexplained() -> None:
     other = done(book, (*CORNER[:1], AddVertex(edge=(2, 3), position=0.5), CORNER[2]))
     assert seen.unexplained(folded) < 0.3 * seen.unexplained(book)
     assert seen.unexplained(folded) < seen.unexplained(other)
-
-
-def dotted(scene: Scene, motion: Isometry) -> Scene:
-    """A photo of paper with a pattern that lies under a motion."""
-    rows, cols = np.indices(scene.labels.shape)
-    x, y = np.moveaxis(
-        carried(scene.grid.to_plane(np.stack([cols, rows], axis=-1)), inverse_of(motion)), -1, 0
-    )
-    assert scene.light is not None
-    return replace(scene, light=scene.light + (12 * np.sin(70 * x) * np.sin(70 * y)).astype(np.float32))
-
-
-@pytest.mark.parametrize(("moved", "least", "most"), [(LATER, 0.6, 1.0), (MOVED_ON, -1.0, 0.3)])
-def test_a_pattern_tells_whether_the_paper_lies_as_it_did(moved: Isometry, least: float, most: float) -> None:
-    book = replay(BOOK)
-    seen = differences(book, book)
-    seen = replace(seen, before=dotted(seen.before, IDENTITY), after=dotted(seen.after, moved))
-    assert least < seen.sameness < most
-
-
-def test_plain_paper_does_not_tell() -> None:
-    book = replay(BOOK)
-    assert abs(differences(book, book).sameness) < 0.3
 
 
 def test_every_face_knows_the_face_it_was_cut_from() -> None:

@@ -22,7 +22,7 @@ DOUBTFUL = 5.0
 """The same, shadows on paper not allowed for, in whatever reaches in from the edge of the photo."""
 LEAST_STRANGE = 2.5
 """Distance in Lab, shadows allowed for, from which it may be more than paper in the shadow of a hand."""
-SKIN_DOUBTFUL, SKIN_ON_TABLE = 4.0, 3.0
+SKIN_DOUBTFUL, SKIN_ON_TABLE = 4.0, 2.0
 """The same where the colour is one that skin can have, on what is like paper and like the table: distance in Lab, shadows
 allowed for.
 """

@@ -29,10 +29,6 @@ NOISE = (3.0, 8.0)
 """Differences of so many times the usual one begin to count, and count in full."""
 LEAST_NOISE = 0.5
 """The usual difference of lightness (0 to 255) is at least this."""
-AWAY, ENOUGH = 10, 500
-"""A pattern is looked for so many pixels away from all borders, along which paper looks the same after a flip, and in at
-least so many pixels.
-"""
 ACROSS = 3.0
 """Pixels across the trace that a border leaves."""
 FADED = 0.4
@@ -59,20 +55,6 @@ class Differences:
         if self._old is None or self.after.detail is None:
             return np.zeros(self.after.labels.shape, np.float32)
         return _different(self._old, self.after.detail, self._same)
-
-    @cached_property
-    def sameness(self) -> float:
-        """The correlation, -1 to 1, of what both photos show of the paper away from its borders: that of a pattern printed on
-        it is near 1 if the paper has not moved, and near 0 if it has, or if there is none.
-        """
-        if self._old is None or self.after.detail is None:
-            return 0.0
-        away = ~near(~self._same | self.borders.all, AWAY)
-        if np.count_nonzero(away) < ENOUGH:
-            return 0.0
-        old, new = self._old[away], self.after.detail[away]
-        spread = float(old.std() * new.std())
-        return float(((old - old.mean()) * (new - new.mean())).mean()) / spread if spread else 0.0
 
     @cached_property
     def _old(self) -> Image | None:

@@ -38,8 +38,6 @@ LOOSE_COST = 0.0005
 """What it costs that no construction gives the line of the last fold."""
 SLIVER_COST = 0.006
 """What it costs to crease the paper a hair beside an edge or another crease."""
-UNMOVED_COST = 0.008
-"""What it costs to turn the whole over or about when a pattern printed on it shows that it lies as it did."""
 SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
 TRACE_WORTH = 0.008
@@ -69,7 +67,6 @@ class Plan:
     thin: bool = False
     traced: float = 0.0
     idle: float = 0.0
-    unmoved: float = 0.0
     loose: bool = False
     fresh: bool = False
     sliver: bool = False
@@ -82,9 +79,8 @@ class Plan:
         ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
         ``contradiction`` that of the inner lines, 0 to 2; ``swing`` is the share of the paper, 0 to 1, that moved
         otherwise in the images in between; ``traced`` the share, 0 to 1, that a fold within one colour explains of what
-        looks different there. From 0 to 1, ``unseen`` is how far the photo shows nothing of a fold, ``idle`` how far it
-        shows nothing of a turn, and ``unmoved`` how surely a pattern lies as it did though the plan moves all. Of the
-        last fold, ``thin`` says that it turns nothing but a narrow strip, ``fresh`` that it makes new creases, ``loose``
+        looks different there. From 0 to 1, ``unseen`` is how far the photo shows nothing of a fold, and ``idle`` how far it
+        shows nothing of a turn. Of the last fold, ``thin`` says that it turns nothing but a narrow strip, ``fresh`` that it makes new creases, ``loose``
         that no construction gives its line, and ``sliver`` that it cuts a long sliver off a face. ``regret`` is how much
         worse than after an equal plan the next photo is explained after this one.
         """
@@ -92,7 +88,7 @@ class Plan:
         if self.action_class == "compound" and self.creases:
             cost += COMPOUND_COST
         cost += SWING_COST * self.swing
-        doubts = UNSEEN_COST * self.unseen + IDLE_TURN_COST * self.idle + UNMOVED_COST * self.unmoved
+        doubts = UNSEEN_COST * self.unseen + IDLE_TURN_COST * self.idle
         crease = FRESH_COST * self.fresh + LOOSE_COST * self.loose + THIN_COST * self.thin
         crease += SLIVER_COST * (self.sliver and not self.thin)
         return self.looks - cost - self.drift - doubts - crease - self.regret + TRACE_WORTH * self.traced**2

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
-from math import dist, pi
+from math import pi
 
 import cv2
 import numpy as np
@@ -42,12 +42,6 @@ CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
 TRIED, KEPT = 24, 4
 """Folds realised and measured in full, and those of them refined."""
-UNLIKE, ALIKE = 0.5, 0.8
-"""Correlations up to which a pattern does not show that the paper lies as it did, and from which it does for sure. That of
-a regular pattern may be 0.6 by chance.
-"""
-ELSEWHERE = 0.05
-"""Vertices that lie farther from where they were (sheet units) have moved."""
 JUDGED = 16
 """Plans found otherwise that are judged by what looks different, the best."""
 CONSTRUCTED, ALIGNED, FREE = 0.0, 0.005, 0.015
@@ -70,12 +64,6 @@ def quiet_folds(paper: Paper, motion: Isometry, views: Views, last: Isometry) ->
         return None
     before, after = views.closely()
     return QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
-
-
-def _displaced(plan: Plan, paper: Paper, motion: Isometry) -> bool:
-    """Whether a plan puts any vertex elsewhere than it lies if nothing was done."""
-    now, then = plan.paper.positions, paper.positions
-    return any(dist(plan.motion(now[v]), motion(then[v])) > ELSEWHERE for v in then)
 
 
 @dataclass(frozen=True)
@@ -105,16 +93,8 @@ class QuietFolds:
         return self.still < LEAST_TRACE
 
     def weighed(self, plans: Sequence[Plan]) -> list[Plan]:
-        """Plans with how surely a pattern says that they move nothing, and the best with what they explain of what looks
-        different.
-        """
-        unmoved = min(1.0, max(0.0, (self.seen.sameness - UNLIKE) / (ALIKE - UNLIKE)))
-        ranked = best_first(
-            [
-                replace(p, unmoved=unmoved) if p.moves_all and _displaced(p, self.paper, self.motion) else p
-                for p in plans
-            ]
-        )
+        """Plans by falling score, the best with what they explain of what looks different."""
+        ranked = best_first(plans)
         if self.nothing_traced:
             return ranked
         return [*map(self.judged, ranked[:JUDGED]), *ranked[JUDGED:]]
