@@ -117,3 +117,22 @@ def test_lines_on_a_mat_in_the_colour_of_the_paper_stay_table() -> None:
     stray = is_paper(seen.labels) & (truth == BACKGROUND)
     assert stray.sum() < 0.02 * (truth > 0).sum()
     assert share_right(seen.labels, truth) > 0.97
+
+
+def test_a_part_of_a_sleeve_in_the_colour_of_the_paper_is_no_paper() -> None:
+    look = Look(front=(235, 230, 220), back=(200, 50, 45), lamp=0.0)
+    flat, folded = new_paper(), fold(new_paper(), (1, 3), 1)
+    table = np.full((SIDE, SIDE, 3), (70, 90, 80), np.uint8)
+    photos = [on_table(paper, look, table, i) for i, paper in enumerate((flat, folded, flat))]
+    middle = SIDE // 2
+    for start, end, width, colour in (
+        ((middle, SIDE), (middle, SIDE - 60), 60, (60, 60, 150)),
+        ((middle, SIDE - 70), (middle, middle + 40), 40, (150, 90, 160)),
+        ((middle, SIDE - 45), (middle, SIDE - 40), 26, (235, 230, 220)),
+    ):
+        cv2.line(photos[2], start, end, colour, width)
+    seen = see_sequence(PhotoList(photos)).frame(3, 180)
+    truth = draw_paper(flat, seen.grid)
+    below = is_paper(seen.labels) & (truth == BACKGROUND)
+    assert below.sum() < 0.002 * (truth > 0).sum()
+    assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.85

@@ -17,6 +17,8 @@ from folding_server.vision.photos import Picture
 from folding_server.vision.specks import SMALLEST_REGION, Evidence, with_thin_parts, without_specks
 from folding_server.vision.table_memory import TableMemory, recall
 
+SURROUNDED = 0.9
+"""The share of a piece's rim that is unknown if what hides the paper is all around it."""
 SMOOTHING = 3.5
 """How strongly neighbours pull towards the same class."""
 
@@ -105,7 +107,9 @@ def _softmax(energies: Image) -> Image:
 
 
 def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
-    """Paper colour that is no sheet: not joined to the largest piece, even under what hides it, or a speck there."""
+    """Paper colour that is no sheet: not joined to the largest piece, even under what hides it, or a speck there, or a part
+    of a sleeve.
+    """
     paper = is_paper(labels) & ~unknown
     reach = max(3, round(0.06 * grid.pixels_per_unit)) | 1
     joined = cv2.dilate((paper | unknown).astype(np.uint8), np.ones((reach, reach), np.uint8))
@@ -114,7 +118,17 @@ def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
         return np.zeros(labels.shape, bool)
     sizes = np.bincount(numbered[paper])
     apart = numbered != int(sizes.argmax())
-    return np.asarray(paper & (apart | _specks_beside(paper, unknown, grid)))
+    return np.asarray(paper & (apart | _specks_beside(paper, unknown, grid) | _hemmed_in(paper, unknown)))
+
+
+def _hemmed_in(paper: Bools, unknown: Bools) -> Bools:
+    """Pieces other than the largest that are nearly surrounded by what is unknown."""
+    count, numbered, stats, _ = cv2.connectedComponentsWithStats(paper.astype(np.uint8))
+    around = cv2.dilate(numbered.astype(np.uint16), np.ones((3, 3), np.uint8)) * ~paper
+    rims = np.bincount(around.ravel(), minlength=count)
+    hidden = np.bincount(around[unknown], minlength=count) >= SURROUNDED * rims
+    hidden[[0, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())]] = False
+    return np.asarray(hidden[numbered])
 
 
 def _specks_beside(paper: Bools, unknown: Bools, grid: Grid) -> Bools:
