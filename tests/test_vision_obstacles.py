@@ -136,3 +136,20 @@ def test_a_part_of_a_sleeve_in_the_colour_of_the_paper_is_no_paper() -> None:
     below = is_paper(seen.labels) & (truth == BACKGROUND)
     assert below.sum() < 0.002 * (truth > 0).sum()
     assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.85
+
+
+def test_a_table_of_many_browns_is_no_skin() -> None:
+    look, rng = Look(lamp=0.0), np.random.default_rng(5)
+    grain = cv2.GaussianBlur(rng.normal(0, 1, (SIDE, SIDE, 3)), (0, 0), sigmaX=6, sigmaY=24)
+    browns = np.clip(np.array([150, 105, 70]) + grain / grain.std() * (14, 8, 10), 0, 255).astype(np.uint8)
+    folded = fold(new_paper(), (1, 3), 1)
+    tables = [np.roll(browns, 25 * i, axis=1) for i in range(3)]
+    photos = [
+        on_table(p, look, t, i)
+        for i, (p, t) in enumerate(zip((new_paper(), folded, folded), tables, strict=True))
+    ]
+    eyes = see_sequence(PhotoList(photos))
+    for frame in (2, 3):
+        seen = eyes.frame(frame, 180)
+        _, inside = eyes.pose.rectify(photos[frame - 1], seen.grid)
+        assert (seen.labels == UNKNOWN)[inside].mean() < 0.1

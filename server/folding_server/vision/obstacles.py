@@ -24,7 +24,7 @@ LEAST_STRANGE = 2.5
 """Distance in Lab, shadows allowed for, from which it may be more than paper in the shadow of a hand."""
 SKIN_DOUBTFUL, SKIN_ON_TABLE = 4.0, 2.0
 """The same where the colour is one that skin can have, on what is like paper and like the table: distance in Lab, shadows
-allowed for.
+allowed for. A table of many browns is given more.
 """
 STRANGE = 16.0
 """Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
@@ -119,7 +119,9 @@ def _odd(view: View) -> Bools:
     strange = cv2.medianBlur(view.strange, 5)
     doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)
     doubtful &= strange > LEAST_STRANGE
-    doubtful |= skin(view.rgb) & (strange > np.where(like_paper, SKIN_DOUBTFUL, SKIN_ON_TABLE))
+    table = view.strange[view.seen & ~like_paper]
+    on_table = max(SKIN_ON_TABLE, ARM_FACTOR * float(np.median(table)) if len(table) else 0.0)
+    doubtful |= skin(view.rgb) & (strange > np.where(like_paper, SKIN_DOUBTFUL, on_table))
     kernel = _disc(THINNEST_UNKNOWN, view.grid)
     broad = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel)
     arms = cv2.morphologyEx(broad, cv2.MORPH_CLOSE, kernel)
