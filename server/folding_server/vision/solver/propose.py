@@ -29,6 +29,8 @@ CLEAR = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
 TIE, MOST_TIED = 0.002, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
+MANY_FACES = 24
+"""From papers of more faces it takes too long to look ahead."""
 REMEMBERED = 8
 """Explanations kept: the next photo's are needed again."""
 
@@ -41,7 +43,7 @@ def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan,
     """
     plans: Sequence[Plan] = _explained(paper, eyes, frame)
     tied = _tied(plans)
-    if len(tied) > 1 and len(paper.faces) > 1 and frame < eyes.photos.frame_count:
+    if len(tied) > 1 and 1 < len(paper.faces) <= MANY_FACES and frame < eyes.photos.frame_count:
         outlook = {id(plan): _explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied}
         best = max(outlook.values())
         plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])
@@ -54,7 +56,7 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """
     tied: list[Plan] = []
     if plans[0].agreement < SURELY_WRONG:
-        return tied
+        return tied[:MOST_TIED]
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
         if plan.score > plans[0].score - TIE and not alike:

@@ -39,7 +39,8 @@ WORSE, SURELY_WRONG = 0.01, 0.95
 """Unless the photo before was explained little better than this: no photo is explained better than its noise lets it;
 but what explains less than the second figure is not the explanation.
 """
-
+FEW_FACES = 12
+"""On papers of more faces there are too many folds for lines alone to tell one."""
 LOST = 0.9
 """If the state before explained its own photo less than this it was wrong, and what takes long to find puts nothing right."""
 
@@ -83,7 +84,7 @@ def _within_a_colour(
     if quiet is None:
         return [*plans, *line_plans(paper, motion, views)]
     found = [quiet.judged(measured(plan, views, last)) for plan in quiet.plans()]
-    if not found and views.expected >= LOST:
+    if not found and len(paper.faces) <= FEW_FACES:
         plans = [*plans, *line_plans(paper, motion, views)]
     return [*quiet.weighed(plans), *found]
 

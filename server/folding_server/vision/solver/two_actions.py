@@ -18,6 +18,8 @@ EASY_FACES = 12
 """Papers with more faces are searched with fewer lines where several searches are needed."""
 SAME_LINE = 0.02
 """Lines whose normals and offsets differ by less are the same line with other layers."""
+NEARLY = 0.9
+"""Two folds that explain less are none that need but be moved a little."""
 MOST_FIRST, FEWER_FIRST = 3, 2
 """First folds of two tried, and on papers of more faces."""
 
@@ -43,7 +45,7 @@ def _second_folds(paper: Paper, first: FoldMade, views: Views, effort: Effort) -
     motions = likely_motions(first.paper, first.found.motion, views)
     lighter = _lighter(effort, first.paper)
     found = fold_search(first.paper, motions, views, lighter).run()
-    if found and not first.found.exact:
+    if found and found[0].agreement > NEARLY and not first.found.exact:
         yield from _refined_pair(TwoFolds(paper, views, first, found[0]), motions, lighter)
     yield from as_plans(found, first.paper, views, motions[0], first.actions)
 
