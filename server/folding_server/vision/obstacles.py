@@ -108,24 +108,26 @@ def _odd(view: View) -> Bools:
     least = cv2.blur(view.costs.min(axis=-1).clip(0, 60), (3, 3))
     odd = (least > UNEXPLAINED) & (view.strange > STRANGE)
     odd |= (least > SKIN_UNEXPLAINED) & (view.strange > SKIN_STRANGE) & skin(view.rgb)
+    strange = cv2.medianBlur(view.strange, 5)
     if view.recalled is not None:
-        changed = (
-            view.recalled.known & (least > CHANGED) & (cv2.medianBlur(view.strange, 5) > CHANGED_STRANGE)
-        )
+        changed = view.recalled.known & (least > CHANGED) & (strange > CHANGED_STRANGE)
         broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_CHANGE, view.grid))
         odd |= (broad > 0) | _arms(view, view.recalled)
+    doubtful, kernel = _doubtful(view, strange), _disc(THINNEST_UNKNOWN, view.grid)
+    solid = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    arms = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, kernel)
+    return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
+
+
+def _doubtful(view: View, strange: cv2.typing.MatLike) -> Bools:
+    """Pixels that may be a hand or a sleeve if they belong to what reaches in; ``strange`` is smoothed."""
     like_paper = view.costs.argmin(axis=-1) > 0
     plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
-    strange = cv2.medianBlur(view.strange, 5)
-    doubtful = like_paper & (cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL)
-    doubtful &= strange > LEAST_STRANGE
+    unlit = cv2.medianBlur(np.minimum.reduce(plain).clip(0, 60), 5) > DOUBTFUL
     table = view.strange[view.seen & ~like_paper]
     on_table = max(SKIN_ON_TABLE, ARM_FACTOR * float(np.median(table)) if len(table) else 0.0)
-    doubtful |= skin(view.rgb) & (strange > np.where(like_paper, SKIN_DOUBTFUL, on_table))
-    kernel = _disc(THINNEST_UNKNOWN, view.grid)
-    broad = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel)
-    arms = cv2.morphologyEx(broad, cv2.MORPH_CLOSE, kernel)
-    return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
+    like_skin = skin(view.rgb) & (strange > np.where(like_paper, SKIN_DOUBTFUL, on_table))
+    return np.asarray((like_paper & unlit & (strange > LEAST_STRANGE)) | like_skin)
 
 
 def _arms(view: View, recalled: Recalled) -> Bools:

@@ -118,24 +118,29 @@ def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
         return np.zeros(labels.shape, bool)
     sizes = np.bincount(numbered[paper])
     apart = numbered != int(sizes.argmax())
-    return np.asarray(paper & (apart | _specks_beside(paper, unknown, grid) | _hemmed_in(paper, unknown)))
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(paper.astype(np.uint8))
+    areas = stats[:, cv2.CC_STAT_AREA]
+    none = _specks_beside(paper, pieces, areas, unknown, grid) | _hemmed_in(paper, pieces, areas, unknown)
+    return np.asarray(paper & (apart | none[pieces]))
 
 
-def _hemmed_in(paper: Bools, unknown: Bools) -> Bools:
-    """Pieces other than the largest that are nearly surrounded by what is unknown."""
-    count, numbered, stats, _ = cv2.connectedComponentsWithStats(paper.astype(np.uint8))
+def _hemmed_in(
+    paper: Bools, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Bools
+) -> Bools:
+    """Which of the numbered pieces, other than the largest, are nearly surrounded by what is unknown."""
+    count = len(areas)
     around = cv2.dilate(numbered.astype(np.uint16), np.ones((3, 3), np.uint8)) * ~paper
     rims = np.bincount(around.ravel(), minlength=count)
     hidden = np.bincount(around[unknown], minlength=count) >= SURROUNDED * rims
-    hidden[[0, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())]] = False
-    return np.asarray(hidden[numbered])
+    hidden[[0, 1 + int(areas[1:].argmax())]] = False
+    return np.asarray(hidden)
 
 
-def _specks_beside(paper: Bools, unknown: Bools, grid: Grid) -> Bools:
-    """Pieces too small to believe that touch something unknown."""
-    _, numbered, stats, _ = cv2.connectedComponentsWithStats(paper.astype(np.uint8))
-    small = stats[:, cv2.CC_STAT_AREA] < SMALLEST_REGION * grid.pixels_per_unit**2
+def _specks_beside(
+    paper: Bools, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Bools, grid: Grid
+) -> Bools:
+    """Which of the numbered pieces are too small to believe and touch something unknown."""
     beside = cv2.dilate(unknown.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    touching = np.zeros(len(stats), bool)
+    touching = np.zeros(len(areas), bool)
     touching[np.unique(numbered[beside & paper])] = True
-    return np.asarray((small & touching)[numbered])
+    return np.asarray((areas < SMALLEST_REGION * grid.pixels_per_unit**2) & touching)

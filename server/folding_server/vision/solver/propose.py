@@ -54,9 +54,9 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class. None
     if even the best is not the explanation.
     """
-    tied: list[Plan] = []
     if plans[0].agreement < SURELY_WRONG:
-        return tied[:MOST_TIED]
+        return []
+    tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
         if plan.score > plans[0].score - TIE and not alike:
