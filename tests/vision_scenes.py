@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from folding_server.errors import PhotoError
+from folding_server.photographer.colors import floats, to_linear, to_srgb
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry
 from folding_server.vision.grid import Grid
@@ -51,14 +52,12 @@ class Look:
 
 
 def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) -> Picture:
-    """A photo of a folded sheet: flat colours under a lamp, slightly blurred, with noise."""
+    """A photo of a folded sheet: flat colours, their light slightly blurred, under a lamp and with noise."""
     fine = Grid(GRID.left, GRID.top, GRID.pixels_per_unit * 3, SIDE * 3, SIDE * 3)
     colours = np.array([look.table, look.front, look.back], np.float32)
-    picture = colours[draw_paper(paper, fine, motion)]
-    picture = cv2.resize(picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-    picture = cv2.GaussianBlur(picture, (0, 0), 0.7) * (
-        1 - look.lamp * np.linspace(0, 1, SIDE)[None, :, None]
-    )
+    light = to_linear(colours)[draw_paper(paper, fine, motion)]
+    light = cv2.GaussianBlur(cv2.resize(light, (SIDE, SIDE), interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+    picture = to_srgb(floats(light)) * (1 - look.lamp * np.linspace(0, 1, SIDE)[None, :, None])
     noise = np.random.default_rng(seed).normal(0, 2.0, picture.shape)
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 

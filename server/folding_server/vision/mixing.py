@@ -31,6 +31,8 @@ falls by this power of it.
 """
 _BEHIND, _WIDE, _ELSEWHERE = 1e-2, 1e-3, 1e-6
 """Weight of the class's light farther away, far away, and of what the palette says, against its light close by."""
+_STIFF, _RIGID = 0.02, 1e3
+"""Squared light that a whole shadow within the paper, and beside it, must explain to be believed."""
 _TINY = 1e-6
 
 
@@ -71,8 +73,7 @@ def _split(
     best = np.full(count, np.inf, np.float32)
     shares = np.zeros((count, len(CLASSES)), np.float32)
     for first, second in combinations(range(len(CLASSES)), 2):
-        ends = _shaded(pixels, means, ~near[:, 0], first, second)
-        part, residual = _between(pixels, *ends)
+        part, residual = _between(pixels, means[first], means[second], ~near[:, 0])
         cost = residual + _OTHER_PAIR * ((own != first) & (own != second))
         better = near[:, first] & near[:, second] & (cost < best)
         best = np.where(better, cost, best)
@@ -83,25 +84,27 @@ def _split(
     return shares
 
 
-def _between(pixels: Image, first: Image, second: Image) -> tuple[Image, Image]:
-    """How far from the first light to the second each pixel lies, 0 to 1, and how far beside, both (N,)."""
-    step = second - first
-    part = np.einsum("ij,ij->i", pixels - first, step) / np.maximum(np.einsum("ij,ij->i", step, step), 1e-9)
-    part = np.clip(part, 0, 1).astype(np.float32)
-    beside = np.linalg.norm(pixels - first - part[:, None] * step, axis=-1)
-    return part, np.asarray(beside, np.float32)
+def _between(pixels: Image, first: Image, second: Image, inner: Bools) -> tuple[Image, Image]:
+    """How far from the first light to the second each pixel lies, 0 to 1, and how far beside, both (N,).
+
+    Within the paper (``inner``), where one layer may shade the other, mixtures may be darker as a whole. Lights of nearly
+    one hue explain the same by less of the brighter: the least shadow is believed.
+    """
+    aa, ab, bb = _product(first, first), _product(first, second), _product(second, second)
+    ax, bx = _product(first, pixels), _product(second, pixels)
+    stiff = np.where(inner, _STIFF, _RIGID)
+    aa, ab, bb, ax, bx = (value + stiff for value in (aa, ab, bb, ax, bx))
+    det = np.maximum(aa * bb - ab * ab, _TINY)
+    a, b = (bb * ax - ab * bx) / det, (aa * bx - ab * ax) / det
+    part = np.clip(b / np.maximum(a + b, _TINY), 0, 1)
+    light = np.where(inner, np.clip(a + b, DEEPEST_CAST, 1.0), 1.0)
+    mixed = light[:, None] * (first + part[:, None] * (second - first))
+    return part.astype(np.float32), np.linalg.norm(pixels - mixed, axis=-1).astype(np.float32)
 
 
-def _shaded(
-    pixels: Image, means: npt.NDArray[np.float32], inner: Bools, first: int, second: int
-) -> tuple[Image, Image]:
-    """The lights of two classes; within the paper, where one layer may shade the other, as dark as fits."""
-    ends = []
-    for mean in (means[first], means[second]):
-        share = np.einsum("ij,ij->i", pixels, mean) / np.maximum(np.einsum("ij,ij->i", mean, mean), 1e-9)
-        share = np.where(inner, np.clip(share, DEEPEST_CAST, 1.0), 1.0)
-        ends.append((mean * share[:, None]).astype(np.float32))
-    return ends[0], ends[1]
+def _product(first: Image, second: Image) -> npt.NDArray[np.float64]:
+    """The scalar product of each two lights (N, 3), (N,)."""
+    return np.asarray(np.einsum("ij,ij->i", first, second), np.float64)
 
 
 def _local_mean(light: Image, own: Bools, expected: Image, mixed: int) -> Image:
