@@ -18,6 +18,7 @@ from folding_server.vision.fitting.alignment import inverse_of
 from folding_server.vision.fitting.scene import Image, Mask, Scene
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels
+from folding_server.vision.solver.faint_lines import FaintLines, averages
 
 MATCH = 1
 """Pixels by which a border may move and be the same."""
@@ -27,8 +28,10 @@ CLOSE = 3
 """Pixels from another border within which a border that came or went need not look different."""
 NOISE = (3.0, 8.0)
 """Differences of so many times the usual one begin to count, and count in full."""
-LEAST_NOISE = 0.5
+LEAST_NOISE = 0.25
 """The usual difference of lightness (0 to 255) is at least this."""
+FAINT = 0.2
+"""If pixels by themselves show less of what looks different than so, it is looked for along lines."""
 ACROSS = 3.0
 """Pixels across the trace that a border leaves."""
 FADED = 0.4
@@ -99,9 +102,21 @@ class Differences:
         layers = (came & new.layers & ~near(self.borders.all, CLOSE)) | (
             went & self.borders.layers & ~near(new.all, CLOSE)
         )
-        hidden = (1 - self.shown[layers & self.judged]).sum()
+        hidden = (1 - self._seen(layers & self.judged)).sum()
         unit = self.after.grid.pixels_per_unit
         return float(strange) / (ACROSS * unit) + FADED * self.after.sight * float(hidden) / (2 * unit)
+
+    def _seen(self, borders: Mask) -> Image:
+        """How clearly each pixel of borders looks different, by itself or its whole line, (n,) from 0 to 1."""
+        clear = self.shown[borders]
+        whole = self._faint.shown(borders)[borders] if self._faint else clear
+        return np.asarray(np.maximum(clear, whole), np.float32)
+
+    @cached_property
+    def _faint(self) -> FaintLines | None:
+        if self._old is None or self.after.detail is None:
+            return None
+        return FaintLines(self._old, self.after.detail, self._same)
 
     def _changed(self, folded: Paper, topmost: Labels) -> Mask:
         """Where other paper is on top than before."""
@@ -123,16 +138,27 @@ def near(mask: Mask, reach: int) -> Mask:
 
 
 def _different(old: Image, new: Image, same: Mask) -> Image:
-    """How clearly two pictures differ, 0 to 1, by more than a shift of a pixel and the noise of both make."""
-    if not same.any():
+    """How clearly two pictures differ, 0 to 1, by more than a shift of a pixel and the noise of both make: pixel by pixel or,
+    where that shows little of it, along lines of any direction, which blurs their ends.
+    """
+    inside = cv2.erode(same.astype(np.uint8), square(1)) > 0
+    if not inside.any():
         return np.zeros(same.shape, np.float32)
+    sharp = np.where(inside, _clear(old, new, same), np.float32(0))
+    faint = np.zeros_like(sharp)
+    for kernel in averages():
+        clear = _clear(cv2.filter2D(old, -1, kernel), cv2.filter2D(new, -1, kernel), same)
+        faint = np.where(inside, np.maximum(faint, clear), np.float32(0))
+    return sharp if float(sharp.sum()) > FAINT * float(faint.sum()) else faint
+
+
+def _clear(old: Image, new: Image, same: Mask) -> Image:
+    """How clearly two pictures differ, 0 to 1, by more than a shift of a pixel and the noise of both make."""
     over = np.maximum(new - cv2.dilate(old, square(1)), old - cv2.dilate(new, square(1)))
     under = np.maximum(cv2.erode(old, square(1)) - new, cv2.erode(new, square(1)) - old)
     usual = max(LEAST_NOISE, 1.4826 * float(np.median(np.abs(new - old)[same])))
-    inside = cv2.erode(same.astype(np.uint8), square(1)) > 0
     low, high = NOISE
-    clear = np.clip((np.maximum(over, under) / usual - low) / (high - low), 0, 1)
-    return np.where(inside, clear, 0).astype(np.float32)
+    return np.asarray(np.clip((np.maximum(over, under) / usual - low) / (high - low), 0, 1), np.float32)
 
 
 def _sound(scene: Scene) -> Labels:

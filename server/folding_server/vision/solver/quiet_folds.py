@@ -52,7 +52,7 @@ SQUARE = 1e-3
 """Cosine within which two lines are square to each other."""
 STEP = 0.01
 """Sheet units by which the ends of a crease are first moved."""
-HIDDEN = 0.5
+HIDDEN = 0.2
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
