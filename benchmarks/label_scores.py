@@ -28,6 +28,8 @@ THINNEST = 2.0
 """Pixels of the photo from which a thin part can be asked for."""
 LOST = 0.3
 """Share of a thin part's pixels below which it counts as lost."""
+SHORTEST_BORDER = 40
+"""Pixels of border from which its shift is told."""
 SMALLEST = 12
 """Pixels of the label image that a thin part must have to count: the tips of corners have fewer."""
 
@@ -105,7 +107,8 @@ def scores(seen: SeenFrame, truth: Truth) -> Score:
     ``accuracy``: known paper pixels labelled right; ``unknown``: true paper, not under a hand, that is
     unknown; ``front``, ``back``: intersection over union; ``thin_recall``: thin parts labelled right,
     ``thin_lost`` how many hardly are; ``false_share``: paper pixels of a class that is not there nor beside;
-    ``hand_paper``, ``hand_table``: a hand's pixels taken for paper or for the table.
+    ``hand_paper``, ``hand_table``: a hand's pixels taken for paper or for the table; ``inner_shift``: pixels by which
+    borders between the two sides of the paper lie too far towards the darker one.
     """
     free = np.ones(seen.labels.shape, bool) if truth.hand is None else ~_grown(truth.hand, 5)
     labels, known = seen.labels, seen.labels != UNKNOWN
@@ -121,7 +124,19 @@ def scores(seen: SeenFrame, truth: Truth) -> Score:
         **_thin_scores(labels, truth, free, seen.two_coloured),
         "false_share": _false(labels, true, free),
         **_hand_scores(labels, truth.hand),
+        "inner_shift": _inner_shift(seen, truth.labels, known & free) if seen.two_coloured else None,
     }
+
+
+def _inner_shift(seen: SeenFrame, true: Labels, where: Bools) -> float | None:
+    border = int(((true == FRONT) & _grown(true == BACK, 3) & where).sum())
+    if border < SHORTEST_BORDER:
+        return None
+    light = {side: float(seen.rgb[true == side].mean()) for side in (FRONT, BACK)}
+    dark, bright = sorted(light, key=lambda side: light[side])
+    brightened = int(((true == dark) & (seen.labels == bright) & where).sum())
+    darkened = int(((true == bright) & (seen.labels == dark) & where).sum())
+    return (brightened - darkened) / border
 
 
 def _iou(first: Bools, second: Bools, where: Bools) -> float | None:

@@ -98,6 +98,7 @@ def _in_short(result: dict[str, Any]) -> str:
         "hand_paper",
         "hand_table",
         "outline_pixels",
+        "inner_shift",
     )
     return ", ".join(f"{key} {result[key]}" for key in keys if result.get(key) is not None)
 
