@@ -5,7 +5,7 @@ that came or went, and a border that came must look different.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import cv2
 import numpy as np
@@ -55,16 +55,19 @@ class Differences:
     @cached_property
     def trace(self) -> Image:
         """How clearly each place of the later photo looks different, (rows, cols) from 0 to 1."""
-        if self._old is None or self.after.detail is None:
+        if self._details is None:
             return np.zeros(self.after.labels.shape, np.float32)
-        return _different(self._old, self.after.detail, self._same)
+        return _different(*self._details, self._same)
 
     @cached_property
-    def _old(self) -> Image | None:
-        """The earlier photo's detail where the later one has it if nothing moved."""
-        if self.before.detail is None:
+    def _details(self) -> tuple[Image, Image] | None:
+        """The earlier photo's detail, where the later one has it if nothing moved, and that one's; None if a photo's light is
+        not known.
+        """
+        if self.before.detail is None or self.after.detail is None:
             return None
-        return _warped(self.before.detail, self._pixels_then(), self.after, cv2.INTER_LINEAR)
+        old = _warped(self.before.detail, self._pixels_then(), self.after, cv2.INTER_LINEAR)
+        return old, self.after.detail
 
     @cached_property
     def _now(self) -> Labels:
@@ -114,9 +117,7 @@ class Differences:
 
     @cached_property
     def _faint(self) -> FaintLines | None:
-        if self._old is None or self.after.detail is None:
-            return None
-        return FaintLines(self._old, self.after.detail, self._same)
+        return FaintLines(*self._details, self._same) if self._details else None
 
     def _changed(self, folded: Paper, topmost: Labels) -> Mask:
         """Where other paper is on top than before."""
@@ -144,11 +145,9 @@ def _different(old: Image, new: Image, same: Mask) -> Image:
     inside = cv2.erode(same.astype(np.uint8), square(1)) > 0
     if not inside.any():
         return np.zeros(same.shape, np.float32)
+    along = (_clear(cv2.filter2D(old, -1, k), cv2.filter2D(new, -1, k), same) for k in averages())
     sharp = np.where(inside, _clear(old, new, same), np.float32(0))
-    faint = np.zeros_like(sharp)
-    for kernel in averages():
-        clear = _clear(cv2.filter2D(old, -1, kernel), cv2.filter2D(new, -1, kernel), same)
-        faint = np.where(inside, np.maximum(faint, clear), np.float32(0))
+    faint = np.where(inside, reduce(np.maximum, along), np.float32(0))
     return sharp if float(sharp.sum()) > FAINT * float(faint.sum()) else faint
 
 
