@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from client_runs import HASTY, PLANTED_KEY
-from folding_client.interrupts import ProviderDown, ReplyUnreadable
+from folding_client.interrupts import ProviderDown, ProviderRefused, ReplyUnreadable
 from folding_client.messages import (
     Message,
     Picture,
@@ -121,6 +121,20 @@ def test_cached_tokens_lower_the_price(kind: type[Provider], model: str) -> None
     assert first.usage.cost is not None
     per_token = [reply.usage.cost / reply.usage.input_tokens for reply in (first, second) if reply.usage.cost]
     assert per_token[1] < per_token[0]
+
+
+@pytest.mark.parametrize(
+    ("model", "key"), [("openai/gpt-5", "OPENAI_API_KEY"), ("gemini/gemini-2.5-pro", "GEMINI_API_KEY")]
+)
+def test_without_a_key_a_query_is_refused_at_once_and_says_which_to_set(
+    monkeypatch: pytest.MonkeyPatch, model: str, key: str
+) -> None:
+    monkeypatch.delenv(key)
+    waits: list[str] = []
+    partner = LitellmModel(f"litellm/{model}", Settings(), lambda reason, _: waits.append(reason))
+    with pytest.raises(ProviderRefused, match=key):
+        asyncio.run(partner.query([user("Fold.")], []))
+    assert waits == []
 
 
 @pytest.mark.parametrize(("kind", "model"), PROVIDERS[:3], ids=IDS[:3])

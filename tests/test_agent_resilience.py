@@ -26,7 +26,7 @@ from client_runs import (
     save,
     sequence,
 )
-from folding_client.interrupts import ProviderRefused
+from folding_client.interrupts import UsageError
 from folding_client.models.retries import RetryPolicy
 from folding_client.replay import replay
 from providers.base import Fails, Hangs, Resets, Says, Truncates, Turn
@@ -98,11 +98,10 @@ def test_a_refused_key_or_model_stops_at_once_with_one_sentence(
     assert events(tmp_path / "run", "retry") == []
 
 
-def test_a_model_that_litellm_cannot_place_stops_before_anything_is_sent(tmp_path: Path) -> None:
-    stopped = run(2, tmp_path / "run", model="litellm/no-such-model")
-    assert stopped.status == "stopped"
-    assert "no provider" in stopped.reason
-    assert issubclass(ProviderRefused, Exception)
+def test_a_model_that_litellm_cannot_place_is_refused_and_leaves_no_folder(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no provider"):
+        run(2, tmp_path / "run", model="litellm/no-such-model")
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(

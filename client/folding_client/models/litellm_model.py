@@ -7,7 +7,7 @@ from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
-from folding_client.interrupts import ProviderRefused, ReplyCutOff, ReplyUnreadable
+from folding_client.interrupts import ProviderRefused, ReplyCutOff, ReplyUnreadable, UsageError
 from folding_client.messages import JsonObject, Message, Reply, ToolCall, ToolSpec, Usage
 from folding_client.models.chat_format import Dialect, chat_messages, chat_tools, dialect_of
 from folding_client.models.retries import Transient, with_retries
@@ -38,7 +38,10 @@ def litellm() -> ModuleType:
 
 
 class LitellmModel:
-    """A provider's model. ``note`` hears of each wait before a query is sent again."""
+    """A provider's model. ``note`` hears of each wait before a query is sent again.
+
+    UsageError if litellm knows no such provider.
+    """
 
     def __init__(self, name: str, settings: Settings, note: Callable[[str, float], None]) -> None:
         self.name = name
@@ -68,7 +71,7 @@ def _provider(model: str) -> str:
             f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as "
             "gemini/NAME."
         )
-        raise ProviderRefused(message) from error
+        raise UsageError(message) from error
 
 
 def _options(model: str, settings: Settings, dialect: Dialect) -> JsonObject:
@@ -120,6 +123,7 @@ async def _send(request: JsonObject) -> Any:  # noqa: ANN401
         errors.APIConnectionError,
         errors.BadGatewayError,
     ) as error:
+        _need_a_key(request["model"], error)
         raise Transient(_reason(error), _retry_after(error)) from error
     except errors.BadRequestError as error:
         if _GARBLED in str(error):
@@ -128,6 +132,17 @@ async def _send(request: JsonObject) -> Any:  # noqa: ANN401
         raise ProviderRefused(message) from error
     except errors.APIError as error:
         raise Transient(_reason(error), _retry_after(error)) from error
+
+
+def _need_a_key(model: str, error: Exception) -> None:
+    """ProviderRefused if a key that is not set is what an error names: litellm calls that a failure of the connection."""
+    missing = litellm().validate_environment(model)["missing_keys"]
+    named = [name for name in missing if name in str(error)]
+    if named:
+        message = (
+            f"The provider of {model} needs a key: set {' or '.join(named)} in the environment, then resume."
+        )
+        raise ProviderRefused(message) from error
 
 
 def _reason(error: Exception) -> str:

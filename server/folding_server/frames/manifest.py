@@ -98,7 +98,9 @@ def _json(path: Path) -> object:
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise PhotoError(f"{path.parent.name}/{FILE_NAME} is not JSON: {error}") from error
+        raise PhotoError(
+            f"{path.parent.name}/{FILE_NAME} is not JSON ({error}); put that right, or write it anew"
+        ) from error
     except OSError as error:
         raise PhotoError(
             f"{path.parent.name}/{FILE_NAME} cannot be read: {error.strerror or error}"
