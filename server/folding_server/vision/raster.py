@@ -1,6 +1,9 @@
 """Folded paper to label images, by painting the faces bottom to top; fast enough for every search."""
 
 from collections.abc import Sequence
+from functools import lru_cache
+from math import ceil, floor
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -9,7 +12,9 @@ import numpy.typing as npt
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Polygon
 from folding_server.vision.grid import Floats, Grid
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, Labels
+from folding_server.vision.labels import BACK, FRONT, Labels
+
+Indices = npt.NDArray[np.intp]
 
 _SHIFT = 6
 _FINE = 4
@@ -41,25 +46,42 @@ def draw_values(
     polygons: Sequence[Polygon], values: Sequence[int], grid: Grid, motion: Isometry = IDENTITY
 ) -> npt.NDArray[np.uint8]:
     """Like :func:`draw_labels` with any values 1 to 255, such as a face's place in the stack plus one."""
-    image = np.full((grid.rows, grid.cols), BACKGROUND, np.uint8)
-    ends = np.cumsum([len(p) for p in polygons]).tolist()
-    if not ends:
+    image = np.zeros((grid.rows, grid.cols), np.uint8)
+    if not polygons:
         return image
     points = _to_pixels(np.array([point for polygon in polygons for point in polygon]), grid, motion)
     box = _box(points, grid)
     if box is None:
         return image
     left, upper, right, lower = box
-    fine = np.full(((lower - upper) * _FINE, (right - left) * _FINE), BACKGROUND, np.uint8)
-    inner, wide = _shrink((points - (left, upper)) * _FINE, ends)
-    fixed = np.rint(inner * (1 << _SHIFT)).astype(np.int32)
-    start = 0
-    for end, value, shows in zip(ends, values, wide, strict=True):
+    fine = np.zeros(((lower - upper) * _FINE, (right - left) * _FINE), np.uint8)
+    cycles = _cycles(tuple(map(len, polygons)))
+    inner, wide = _shrink((points - (left, upper)) * _FINE, cycles)
+    fixed = _fixed(inner)
+    for span, value, shows in zip(cycles.spans, values, wide, strict=True):
         if shows:
-            cv2.fillConvexPoly(fine, fixed[start:end], value, cv2.LINE_8, _SHIFT)
-        start = end
+            cv2.fillConvexPoly(fine, fixed[span], value, cv2.LINE_8, _SHIFT)
     image[upper:lower, left:right] = fine[::_FINE, ::_FINE]
     return image
+
+
+def draw_touched(
+    polygons: Sequence[Polygon], grid: Grid, motion: Isometry = IDENTITY
+) -> npt.NDArray[np.uint8]:
+    """1 at all pixels that convex polygons touch, else 0: half a pixel wider than :func:`draw_values`, and much faster."""
+    image = np.zeros((grid.rows, grid.cols), np.uint8)
+    whole = [polygon for polygon in polygons if len(polygon) > 2]
+    if whole:
+        points = _to_pixels(np.array([point for polygon in whole for point in polygon]), grid, motion)
+        fixed = _fixed(points)
+        for span in _cycles(tuple(map(len, whole))).spans:
+            cv2.fillConvexPoly(image, fixed[span], 1, cv2.LINE_8, _SHIFT)
+    return image
+
+
+def _fixed(points: Floats) -> npt.NDArray[np.int32]:
+    """Pixel coordinates as OpenCV takes them, with _SHIFT binary places."""
+    return np.rint(points * (1 << _SHIFT)).astype(np.int32)
 
 
 def _to_pixels(points: Floats, grid: Grid, motion: Isometry) -> Floats:
@@ -73,25 +95,42 @@ def _to_pixels(points: Floats, grid: Grid, motion: Isometry) -> Floats:
 
 def _box(points: Floats, grid: Grid) -> tuple[int, int, int, int] | None:
     """The pixels to draw: left, upper, right, lower, the last two exclusive; None if there are none."""
-    left, upper = np.maximum(np.floor(points.min(axis=0)), 0).astype(int).tolist()
-    right, lower = np.minimum(np.ceil(points.max(axis=0)) + 1, (grid.cols, grid.rows)).astype(int).tolist()
+    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    left, upper = max(floor(x0), 0), max(floor(y0), 0)
+    right, lower = min(ceil(x1) + 1, grid.cols), min(ceil(y1) + 1, grid.rows)
     return (left, upper, right, lower) if left < right and upper < lower else None
 
 
-def _shrink(points: Floats, ends: Sequence[int]) -> tuple[Floats, list[bool]]:
-    """Move every side of every polygon inwards, (N, 2) to (N, 2), and say which polygons are no slivers."""
-    count = len(points)
-    following, preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
-    lasts = np.array(ends) - 1
-    firsts = np.concatenate(([0], lasts[:-1] + 1))
+class _Cycles(NamedTuple):
+    """Where the corners of each polygon lie in an array of all, and which corner follows and precedes which."""
+
+    spans: tuple[slice, ...]
+    firsts: Indices
+    following: Indices
+    preceding: Indices
+
+
+@lru_cache(maxsize=4096)
+def _cycles(lengths: tuple[int, ...]) -> _Cycles:
+    """The cycles of polygons with so many corners."""
+    counts = np.array(lengths, np.intp)
+    ends = np.cumsum(counts)
+    firsts, lasts = ends - counts, ends - 1
+    following, preceding = np.arange(1, ends[-1] + 1), np.arange(-1, ends[-1] - 1)
     following[lasts], preceding[firsts] = firsts, lasts
-    step = points[following] - points
+    spans = tuple(slice(*pair) for pair in zip(firsts.tolist(), ends.tolist(), strict=True))
+    return _Cycles(spans, firsts, following, preceding)
+
+
+def _shrink(points: Floats, cycles: _Cycles) -> tuple[Floats, list[bool]]:
+    """Move every side of every polygon inwards, (N, 2) to (N, 2), and say which polygons are no slivers."""
+    step = points[cycles.following] - points
     length = np.hypot(step[:, 0], step[:, 1]) + 1e-9
     side = step / length[:, None]
-    before = side[preceding]
+    before = side[cycles.preceding]
     turns = np.abs(before[:, 0] * side[:, 1] - before[:, 1] * side[:, 0])
     amount = np.where(turns < 0.05, 0.0, _INSET / np.maximum(turns, 0.2))
-    doubled = np.add.reduceat(points[:, 0] * step[:, 1] - points[:, 1] * step[:, 0], firsts)
-    wide = np.abs(doubled) > _SLIVER * np.add.reduceat(length, firsts)
+    doubled = np.add.reduceat(points[:, 0] * step[:, 1] - points[:, 1] * step[:, 0], cycles.firsts)
+    wide = np.abs(doubled) > _SLIVER * np.add.reduceat(length, cycles.firsts)
     inner: Floats = points + (side - before) * amount[:, None]
     return inner, wide.tolist()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import atan2, cos, degrees, exp, hypot, radians, sin
 
 import numpy as np
@@ -84,6 +85,7 @@ def climb(
     The steps are halved when nothing helps, and the whole is done once more from half of the first steps on, since a
     label image gives many small false summits. A step of 0 keeps its coordinate. Deterministic.
     """
+    value = cache(value)
     here, best = start, value(start)
     for first in (1.0, 0.5):
         size = first

@@ -114,11 +114,6 @@ class Leaves:
                 upturned.append(not back)
         return Stack([*outlines, *reversed(turned)], [*backs, *reversed(upturned)])
 
-    def turned(self, face: int, line: Line) -> list[Point]:
-        """Where the part of a face beyond a line comes to lie; fewer than three points if there is none."""
-        reflection = mirror(line)
-        return [reflection(p) for p in clip(self.outlines[face], line)]
-
     def _spans(self, line: Line) -> tuple[list[float], list[float]]:
         """The least and greatest signed distance from a line of each face's corners, bottom to top."""
         least, most = self._faces.reach(line)

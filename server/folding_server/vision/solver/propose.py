@@ -27,7 +27,7 @@ MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 CLEAR = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
-TIE, MOST_TIED = 0.002, 4
+TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 MANY_FACES = 24
 """From papers of more faces it takes too long to look ahead."""

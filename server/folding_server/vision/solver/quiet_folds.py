@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line, Point, line_through, mirror
+from folding_server.simulator.plane_geometry import Isometry, Line, clip, line_through, mirror
 from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
 from folding_server.vision.fitting.scene import Views, stack_of
-from folding_server.vision.labels import Labels
-from folding_server.vision.raster import draw_values
+from folding_server.vision.raster import draw_touched
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
 from folding_server.vision.solver.leaves import Leaves, MovingSet, is_thin
@@ -191,16 +190,12 @@ class QuietFolds:
 
     def _rating(self, moving: MovingSet) -> float:
         """Pixels of the trace on and around what a fold turns, less those of its border that leave none."""
-        turned = [self.leaves.turned(face, moving.line) for face in moving.faces]
-        reflection = mirror(moving.line)
-        now = self._drawn(turned)
-        then = self._drawn([[reflection(p) for p in outline] for outline in turned])
+        turned = [clip(self.leaves.outlines[face], moving.line) for face in moving.faces]
+        now = draw_touched(turned, self.scene.grid, self.motion.after(mirror(moving.line)))
+        then = draw_touched(turned, self.scene.grid, self.motion)
         rim = (now > 0) & (cv2.erode(now, square(1)) == 0) & self.seen.judged
         explained = self.seen.trace[near((now | then) > 0, REACH)].sum()
         return float(explained) / ACROSS - HIDDEN * float((1 - self.seen.shown[rim]).sum())
-
-    def _drawn(self, outlines: Sequence[Sequence[Point]]) -> Labels:
-        return draw_values(outlines, [1] * len(outlines), self.scene.grid, self.motion)
 
     def _made(self, moving: MovingSet, looseness: float) -> Iterator[QuietFold]:
         """A fold as real actions, measured."""
