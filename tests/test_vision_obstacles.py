@@ -138,6 +138,18 @@ def test_a_part_of_a_sleeve_in_the_colour_of_the_paper_is_no_paper() -> None:
     assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.85
 
 
+def test_a_hand_like_the_hidden_side_that_lies_on_the_sheet_is_no_paper() -> None:
+    look = Look(front=(226, 190, 165), back=(70, 140, 75), table=(60, 60, 66), lamp=0.0)
+    flat, folded = new_paper(), fold(new_paper(), (2, 4), 1)
+    photos = [paint(paper, look, seed=i) for i, paper in enumerate((flat, folded, folded))]
+    middle = SIDE // 2
+    cv2.line(photos[2], (SIDE, middle), (middle + 20, middle), look.front, 34)
+    seen = see_sequence(PhotoList(photos)).frame(3, 180)
+    truth = draw_paper(folded, seen.grid)
+    assert share_right(seen.labels, truth) > 0.98
+    assert (seen.labels == BACK)[truth == BACK].mean() > 0.7
+
+
 def test_a_table_of_many_browns_is_no_skin() -> None:
     look, rng = Look(lamp=0.0), np.random.default_rng(5)
     grain = cv2.GaussianBlur(rng.normal(0, 1, (SIDE, SIDE, 3)), (0, 0), sigmaX=6, sigmaY=24)

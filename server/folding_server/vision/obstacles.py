@@ -10,6 +10,7 @@ import numpy.typing as npt
 from folding_server.vision.appearance import LAB_FLOOR, Palette, pixel_cost
 from folding_server.vision.colours import Image, cluster, skin
 from folding_server.vision.grid import Floats, Grid
+from folding_server.vision.labels import BACK, FRONT, Labels, is_paper
 from folding_server.vision.mixing import Bools
 from folding_server.vision.photos import Picture
 from folding_server.vision.table_memory import Recalled
@@ -195,19 +196,23 @@ def _disc(width: float, grid: Grid) -> cv2.typing.MatLike:
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
 
 
-def sleeves(paper: Bools, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
-    """Sleeves of the paper's colour, which reach in from the edge of the photo, and thin shadows beside arms.
+def sleeves(labels: Labels, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
+    """Sleeves and hands of the paper's colour, which reach in from the edge of the photo, and thin shadows beside arms.
 
-    None if there would be no sheet left.
+    If the sheet would go with them they are looked for on its front and its back alone; none if there would still be no
+    sheet left.
     """
     kernel = _disc(THINNEST_SLEEVE, grid)
-    thick = cv2.morphologyEx(paper.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
-    reaching = touching_edge(thick, seen)
-    if (thick & ~reaching).sum() < SMALLEST_SHEET * grid.pixels_per_unit**2:
-        return np.zeros(paper.shape, bool)
     around = np.ones((2 * len(kernel) + 1, 2 * len(kernel) + 1), np.uint8)
-    thin = paper & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
-    return np.asarray(reaching | thin)
+    paper = is_paper(labels) & ~unknown
+    for part in (paper, paper & (labels == FRONT), paper & (labels == BACK)):
+        thick = cv2.morphologyEx(part.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+        reaching = touching_edge(thick, seen)
+        sheet = cv2.morphologyEx((paper & ~reaching).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+        if np.count_nonzero(sheet) >= SMALLEST_SHEET * grid.pixels_per_unit**2:
+            thin = part & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
+            return np.asarray(reaching | thin)
+    return np.zeros(paper.shape, bool)
 
 
 def fingertips(table: Bools, hidden: Bools, grid: Grid) -> Bools:

@@ -64,7 +64,7 @@ def segment(
     if memory is not None:
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
     unknown |= fingertips(np.asarray((labels == BACKGROUND) & ~unknown), hidden, grid)
-    unknown |= sleeves(np.asarray(is_paper(labels) & ~unknown), unknown, seen, grid)
+    unknown |= sleeves(labels, unknown, seen, grid)
     lights = class_lights(labels, unknown, rgb, tuned.looks, grid, mixed)
     evidence = Evidence(lab, costs, lights, tuned.looks)
     labels = with_thin_parts(labels, unknown, evidence)
