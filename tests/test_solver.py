@@ -13,7 +13,7 @@ from folding_server.simulator import Paper, apply, new_paper, replay
 from folding_server.simulator.plane_geometry import IDENTITY, Line
 from folding_server.vision.fitting.scene import stack_of
 from folding_server.vision.solver.holding import held
-from folding_server.vision.solver.leaves import Leaves
+from folding_server.vision.solver.leaves import AT, Leaves
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import nice_fraction, realise
@@ -222,6 +222,24 @@ def random_paper(random: Random, folds: int) -> Paper:
         except ActionRefused:
             continue
     return paper
+
+
+def test_a_hair_beyond_a_line_takes_its_layer_along_only_if_the_line_is_exact() -> None:
+    """A flap that was folded a little too far lies over the crease along which the other side is folded next."""
+    halved = (
+        AddVertex(edge=(1, 2), position=0.5),
+        AddVertex(edge=(3, 4), position=0.5),
+        Fold(edge=(5, 6), direction=1),
+        Unfold(),
+    )
+    too_far = (
+        AddVertex(edge=(5, 2), position=0.496),
+        AddVertex(edge=(3, 6), position=0.504),
+        Fold(edge=(7, 8), direction=1),
+    )
+    leaves, crease = Leaves(replay((*halved, *too_far))), Line(-1.0, 0.0, -0.5)
+    assert [moving.faces for moving in leaves.moving_sets(crease)] == [{1}]
+    assert [moving.faces for moving in leaves.moving_sets(crease, AT)] == [{3}, {1, 3}]
 
 
 def test_what_a_hand_hides_does_not_count() -> None:

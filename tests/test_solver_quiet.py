@@ -90,7 +90,8 @@ def test_without_a_closer_look_nothing_is_found() -> None:
 
 def test_light_that_changes_slowly_is_no_trace() -> None:
     book = replay(BOOK)
-    assert QuietFolds(differences(book, book, slope=12.0)).run() == []
+    seen = differences(book, book, slope=12.0)
+    assert QuietFolds(seen, seen.after).run() == []
 
 
 def test_the_true_fold_leaves_least_unexplained() -> None:

@@ -16,7 +16,7 @@ from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.labels import Labels
 from folding_server.vision.solver.constructions import constructions
 from folding_server.vision.solver.creases import Family, handles_of, middle, shifted
-from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.leaves import AT, NEAR, Leaves, MovingSet
 from folding_server.vision.solver.lines import (
     Evidence,
     Lines,
@@ -41,6 +41,8 @@ MEANT, MEANT_SLACK, EXACTLY = 0.016, 0.006, 1e-6
 """A line that misses two vertices by less than the first (sheet units) is meant to pass through them, and taken to if that
 explains less by at most the second; one that passes within the third of a vertex does pass through it.
 """
+AROUND = 0.03
+"""Lines that pass the ends of a crease by less (sheet units) are near it."""
 HANDHELD = 1.6
 """So many times more is forgiven under a camera in the hand: no photo but the first says how it looks at the sheet."""
 SPOILT = 5.0
@@ -188,17 +190,35 @@ class FoldSearch:
         ]
         allowed = max(f.agreement for f in (found, *exact, *bound))
         slack = self.effort.snap + self.effort.snap_noise * (1 - allowed)
-        best = found
+        best = [found]
         for group, share, near_share in ((exact, 1.0, 4.0), (bound, 0.7, 1.4)):
             good = [
-                f
+                replace(f, exact=group is exact)
                 for f in group
                 if f.agreement >= allowed - self._allowance(found, f, slack * share, slack * near_share)
             ]
             if good:
-                best = replace(max(good, key=lambda f: f.agreement), exact=group is exact)
+                best = [max(some, key=lambda f: f.agreement) for some in (good, self._meant(good)) if some]
                 break
-        return [best, *self._other_layers(best)]
+        return [snapped for f in dict.fromkeys(best) for snapped in (f, *self._other_layers(f))]
+
+    def _meant(self, found: Sequence[FoldFound]) -> list[FoldFound]:
+        """Those of the folds whose line passes through two vertices near their creases."""
+        return [
+            f
+            for f in found
+            if f.exact and len(self._met(f.moving.line, handles_of(self.leaves, f.moving))) > 1
+        ]
+
+    def _met(self, line: Line, ends: tuple[Point, Point]) -> list[Point]:
+        """The vertices that a line passes through between two of its points, or little beyond."""
+        low, high = sorted(line.ny * x - line.nx * y for x, y in ends)
+        return [
+            p
+            for p in self.points
+            if abs(line.distance(p)) < EXACTLY
+            and low - AROUND < line.ny * p[0] - line.nx * p[1] < high + AROUND
+        ]
 
     def _allowance(self, found: FoldFound, snapped: FoldFound, far: float, near: float) -> float:
         """How much less a snapped line may explain: ``near`` if a photo can hardly tell it from the found one, else
@@ -214,15 +234,23 @@ class FoldSearch:
 
     def _other_layers(self, found: FoldFound) -> Iterator[FoldFound]:
         """The same line with other sets of layers."""
-        for moving in self.leaves.moving_sets(found.moving.line):
+        for moving in self._sets(found.moving.line, exact=found.exact):
             if moving.faces != found.moving.faces:
                 got = self._looks(moving, found.motion)
                 yield FoldFound(moving, found.motion, got, found.exact)
 
+    def _sets(self, line: Line, *, exact: bool) -> list[MovingSet]:
+        """The sets of layers that a fold along a line can turn; of one that was constructed, also those that turn because a
+        hair of them lies beyond it.
+        """
+        nears = (NEAR, AT) if exact else (NEAR,)
+        sets = {moved.faces: moved for near in nears for moved in self.leaves.moving_sets(line, near)}
+        return list(sets.values())
+
     def _settled(self, found: FoldFound, family: Family) -> FoldFound:
         """The best line of a family near the found one, with the drift climbed anew."""
         start = found.motion
-        sets = list(self.leaves.moving_sets(family.line))
+        sets = self._sets(family.line, exact=not family.free)
         if not sets:
             return FoldFound(found.moving, start, 0.0)
         moving = max(sets, key=lambda m: self._looks(m, start))
@@ -283,9 +311,11 @@ class FoldSearch:
         lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
         gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
         same_side = lines[:, :2] @ np.array([line.nx, line.ny]) > 0
-        near = np.nonzero((gaps < 0.03) & same_side)[0]
-        nearest = [as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")][:24]]
-        return sorted(_distinct(nearest), key=lambda other: -self._at_once(found, other))[:6]
+        near = np.nonzero((gaps < AROUND) & same_side)[0]
+        nearest = _distinct([as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")]])
+        best = sorted(nearest[:24], key=lambda other: -self._at_once(found, other))[:6]
+        meant = [other for other in nearest if len(self._met(other, handles)) > 1]
+        return best + [other for other in meant if other not in best][:2]
 
     def _at_once(self, found: FoldFound, line: Line) -> float:
         """The agreement of a line near the found one as it stands."""

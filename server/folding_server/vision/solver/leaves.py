@@ -29,6 +29,8 @@ Pair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""
 NEAR = 0.009
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
+AT = 0.001
+"""The same for a line that was constructed."""
 THIN = 0.03
 """Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 
@@ -59,15 +61,17 @@ class Leaves:
         self._pairs = np.array([pair for pair, _ in tied], np.intp).reshape(-1, 2)
         self._ties = _Shapes([shape for _, shape in tied])
 
-    def moving_sets(self, line: Line) -> Iterator[MovingSet]:
-        """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces."""
+    def moving_sets(self, line: Line, near: float = NEAR) -> Iterator[MovingSet]:
+        """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces. Corners that
+        are ``near`` the line count as on it.
+        """
         least, most = self._faces.reach(line)
-        left = _as_bits(least < -NEAR)
-        takes = self._takes(line)
+        left = _as_bits(least < -near)
+        takes = self._takes(line, near)
         known: dict[int, int] = {}
         seen: set[int] = set()
         for seed in range(len(least) - 1, -1, -1):
-            if most[seed] <= NEAR or least[seed] > NEAR:
+            if most[seed] <= near or least[seed] > near:
                 continue
             known[seed] = moved = _closure(seed, takes, known)
             if moved in seen:
@@ -80,7 +84,9 @@ class Leaves:
         """The set turned by a fold along a line from one seed; None if the seed has nothing on the moving side."""
         if max(line.distance(p) for p in self.outlines[seed]) <= NEAR:
             return None
-        return MovingSet(line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line), {})))
+        return MovingSet(
+            line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line, NEAR), {}))
+        )
 
     def overreach(self, moving: MovingSet) -> float:
         """How far what ties a moving layer to one that stays reaches over the line: at most NEAR, 0 if nothing does."""
@@ -138,13 +144,13 @@ class Leaves:
             if overlap(outlines[low], outlines[high])
         ]
 
-    def _takes(self, line: Line) -> list[int]:
+    def _takes(self, line: Line, near: float) -> list[int]:
         """For each rank the faces, as bits, that it takes along: joined off the line, or lying over its moving part."""
         count = len(self.paper.order)
         if not len(self._pairs):
             return [0] * count
         taken = np.zeros((count, count), bool)
-        faces, others = self._pairs[self._ties.reach(line)[1] > NEAR].T
+        faces, others = self._pairs[self._ties.reach(line)[1] > near].T
         taken[faces, others] = True
         rows = np.packbits(taken, axis=1, bitorder="little")
         return [int.from_bytes(row.tobytes(), "little") for row in rows]

@@ -12,7 +12,7 @@ import numpy as np
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Line, clip, line_through, mirror
 from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
-from folding_server.vision.fitting.scene import Views, stack_of
+from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.raster import draw_touched
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
@@ -62,7 +62,8 @@ def quiet_folds(paper: Paper, motion: Isometry, views: Views, last: Isometry) ->
     if views.closely is None:
         return None
     before, after = views.closely()
-    return QuietFolds(Differences(paper, before, last, replace(after, sight=views.fine.sight), motion))
+    seen = Differences(paper, before, last, replace(after, sight=views.fine.sight), motion)
+    return QuietFolds(seen, views.fine)
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,13 @@ class QuietFold:
 
 
 class QuietFolds:
-    """The search for folds within one colour by what looks different between two photos."""
+    """The search for folds within one colour by what looks different between two photos; ``classes`` is the later one as
+    finely as its classes are known.
+    """
 
-    def __init__(self, seen: Differences) -> None:
+    def __init__(self, seen: Differences, classes: Scene) -> None:
         self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
+        self.classes = classes
         self.leaves = Leaves(seen.paper)
         self.still = seen.unexplained(seen.paper)
 
@@ -135,7 +139,7 @@ class QuietFolds:
 
     def _promising(self) -> list[tuple[MovingSet, float]]:
         """Lines and layers whose borders run along the trace, and how loose the line is."""
-        calm = self.scene.agreement(stack_of(self.paper), self.motion) - CALM
+        calm = self.classes.agreement(stack_of(self.paper), self.motion) - CALM
         rated = sorted(
             (
                 (self._rating(moving), moving, self._looseness(moving.line, otherwise))
@@ -151,7 +155,7 @@ class QuietFolds:
         quiet = (
             (moving, looseness)
             for _, moving, looseness in rated
-            if self.scene.agreement(self.leaves.folded(moving), self.motion) >= calm
+            if self.classes.agreement(self.leaves.folded(moving), self.motion) >= calm
         )
         return list(islice(quiet, TRIED))
 

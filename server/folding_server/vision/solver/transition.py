@@ -90,11 +90,12 @@ def _within_a_colour(
 
 
 def _clear(best: Plan, nothing: Plan) -> bool:
-    """Whether a flip or unfold explains the photo so well that no fold need be looked for: by its classes, and by its
-    lines too.
+    """Whether a flip or unfold explains the photo so well that no fold need be looked for: at the size that the sheet had, by
+    its classes and by its lines.
     """
     return (
-        best.action_class != "rotate"
+        not best.zoom
+        and best.action_class != "rotate"
         and best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT)
         and best.agreement >= nothing.agreement + STANDS_OUT
     )
