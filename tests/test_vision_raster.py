@@ -2,6 +2,7 @@
 
 from math import cos, pi, sin
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -9,7 +10,7 @@ from folding_server.simulator.paper import new_paper
 from folding_server.simulator.plane_geometry import Isometry, Line, Point, area, clip, turn
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, as_one_colour, is_paper
-from folding_server.vision.raster import draw_labels, draw_paper, draw_values
+from folding_server.vision.raster import draw_labels, draw_paper, draw_touched, draw_values
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -89,6 +90,19 @@ def test_a_moved_square_differs_from_the_exact_one_only_along_its_outline(
     core, whole = (inside([motion(p) for p in grown(by)], GRID) for by in (-near, near))
     assert not (core & ~drawn).any()
     assert not (drawn & ~whole).any()
+
+
+@settings(max_examples=25)
+@given(ANGLES, st.floats(-0.3, 0.3), st.floats(-180, 180))
+def test_what_polygons_touch_is_what_they_cover_and_a_pixel_around_it(
+    angle: float, offset: float, degrees: float
+) -> None:
+    normal, motion = (cos(angle), sin(angle)), turn(degrees, (0.5, 0.5))
+    pieces = cut([SQUARE], Line(*normal, 0.5 * sum(normal) + offset))
+    covered = draw_values(pieces, [1] * len(pieces), GRID, motion)
+    touched = draw_touched(pieces, GRID, motion)
+    assert not (covered & ~touched).any()
+    assert not (touched & ~cv2.dilate(covered, np.ones((3, 3), np.uint8))).any()
 
 
 @settings(max_examples=25)
