@@ -36,11 +36,15 @@ the second explains nothing.
 CALM = 0.006
 """Folds that make the label image agree worse by more are not of this kind."""
 SPACING = 0.01
-"""Lines along an edge or square to it are tried so far apart (sheet units)."""
+"""Lines along an edge or square to it are tried so far apart, and looked at in such steps (sheet units)."""
+MIDDLE, FARTHEST = np.array([0.5, 0.5]), 1.0
+"""Lines are looked at so far from the point nearest to the middle of the sheet (sheet units)."""
+MOST_LINES, LEAST_CREASE = 1000, 0.02
+"""Of more lines only those are tried along which so much (sheet units) looks different."""
 CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
-TRIED, KEPT = 24, 4
-"""Folds realised and measured in full, and those of them refined."""
+LOOKED_AT, TRIED, KEPT = 600, 24, 4
+"""Folds of which the label image is drawn, the best along the trace; those realised and measured in full; those refined."""
 JUDGED = 16
 """Plans found otherwise that are judged by what looks different, the best."""
 CONSTRUCTED, ALIGNED, FREE = 0.0, 0.005, 0.015
@@ -147,17 +151,31 @@ class QuietFolds:
                     (landmark_lines(self.paper), CONSTRUCTED),
                     (np.concatenate([self._aligned(), self._traced()]), FREE),
                 )
-                for row in both_ways(lines)
+                for row in both_ways(self._showing(lines))
                 for moving in self.leaves.moving_sets(as_line(row))
             ),
             key=lambda entry: -entry[0],
         )
         quiet = (
             (moving, looseness)
-            for _, moving, looseness in rated
+            for _, moving, looseness in rated[:LOOKED_AT]
             if self.classes.agreement(self.leaves.folded(moving), self.motion) >= calm
         )
         return list(islice(quiet, TRIED))
+
+    def _showing(self, lines: Lines) -> Lines:
+        """Those of too many lines (n, 3) along which a bit looks different, as it mostly does along the crease of a fold."""
+        if len(lines) <= MOST_LINES:
+            return lines
+        grid, across = self.scene.grid, lines[:, :2]
+        along = np.stack([across[:, 1], -across[:, 0]], axis=1)
+        steps = np.arange(-FARTHEST, FARTHEST, SPACING)
+        feet = across * (lines[:, 2] - across @ MIDDLE)[:, None] + MIDDLE
+        points = carried(feet[:, None] + along[:, None] * steps[:, None], self.motion)
+        cols, rows = np.rint(grid.to_pixel(points)).astype(int).transpose(2, 0, 1)
+        within = (rows >= 0) & (rows < grid.rows) & (cols >= 0) & (cols < grid.cols)
+        shown = self.seen.shown[rows.clip(0, grid.rows - 1), cols.clip(0, grid.cols - 1)] * within
+        return np.asarray(lines[shown.sum(axis=1) * SPACING >= LEAST_CREASE])
 
     @cached_property
     def _axes(self) -> Lines:
