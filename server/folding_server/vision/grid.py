@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+Value = TypeVar("Value", bound=np.generic)
 
 REACH = (-0.8, -0.8, 1.8, 1.8)
 """Left, bottom, right, top of the part of the plane that folding one unit square normally stays in."""
@@ -50,6 +53,14 @@ class Grid:
         return np.stack(
             [self.left + (uv[..., 0] + 0.5) / scale, self.top - (uv[..., 1] + 0.5) / scale], axis=-1
         )
+
+    def under(self, points: npt.ArrayLike, image: npt.NDArray[Value]) -> npt.NDArray[Value]:
+        """The value of an image (rows, cols) of this grid under each plane point (..., 2), (...); 0 outside."""
+        pixels = np.rint(self.to_pixel(points)).astype(np.intp)
+        cols, rows = pixels[..., 0], pixels[..., 1]
+        inside = (cols >= 0) & (rows >= 0) & (cols < self.cols) & (rows < self.rows)
+        seen = image[np.where(inside, rows, 0), np.where(inside, cols, 0)]
+        return np.where(inside, seen, np.zeros(1, image.dtype))
 
     def matrix(self) -> Floats:
         """The 3x3 affine matrix of :meth:`to_pixel`."""

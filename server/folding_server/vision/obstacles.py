@@ -97,7 +97,7 @@ def obstacles(view: View) -> Bools:
     """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
     odd = _odd(view)
     kernel = _disc(THINNEST_UNKNOWN, view.grid)
-    solid = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+    solid = _as_wide_as(THINNEST_UNKNOWN, odd, view.grid)
     solid |= _alike(view, _large(solid, view.grid))
     closed = cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
     large = _large(np.asarray(closed), view.grid)
@@ -112,11 +112,10 @@ def _odd(view: View) -> Bools:
     strange = cv2.medianBlur(view.strange, 5)
     if view.recalled is not None:
         changed = view.recalled.known & (least > CHANGED) & (strange > CHANGED_STRANGE)
-        broad = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_CHANGE, view.grid))
-        odd |= (broad > 0) | _arms(view, view.recalled)
+        odd |= _as_wide_as(THINNEST_CHANGE, changed, view.grid) | _arms(view, view.recalled)
     doubtful, kernel = _doubtful(view, strange), _disc(THINNEST_UNKNOWN, view.grid)
-    solid = cv2.morphologyEx((doubtful | odd).astype(np.uint8), cv2.MORPH_OPEN, kernel)
-    arms = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, kernel)
+    solid = _as_wide_as(THINNEST_UNKNOWN, doubtful | odd, view.grid)
+    arms = cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
 
 
@@ -143,11 +142,8 @@ def _arms(view: View, recalled: Recalled) -> Bools:
     changed |= recalled.departure > max(ARM_DEPARTS, DEPARTS_FACTOR * departing)
     changed &= recalled.known
     other = changed & (view.costs[..., 1:].min(axis=-1) > ARM_CHANGED)
-    whole, broad = (
-        cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_SLEEVE, view.grid)) > 0
-        for mask in (changed, other)
-    )
-    return np.asarray(broad & touching_edge(np.asarray(whole), view.seen))
+    whole, broad = (_as_wide_as(THINNEST_SLEEVE, mask, view.grid) for mask in (changed, other))
+    return np.asarray(broad & touching_edge(whole, view.seen))
 
 
 def _alike(view: View, core: Bools) -> Bools:
@@ -164,11 +160,9 @@ def _alike(view: View, core: Bools) -> Bools:
     classes = [_normaliser(look.surfaces[0].covariance) for look in view.palette.looks]
     others = (view.costs + np.array(classes, np.float32)).min(axis=-1)
     lead = cv2.blur((others - own).clip(-10, 10), (5, 5))
-    alike = cv2.morphologyEx(
-        (lead > LEAD).astype(np.uint8), cv2.MORPH_OPEN, _disc(THINNEST_FINGER, view.grid)
-    )
-    _, numbered = cv2.connectedComponents(alike | core.astype(np.uint8))
-    return np.asarray((alike > 0) & np.isin(numbered, np.unique(numbered[core])))
+    alike = _as_wide_as(THINNEST_FINGER, lead > LEAD, view.grid)
+    _, numbered = cv2.connectedComponents((alike | core).astype(np.uint8))
+    return np.asarray(alike & np.isin(numbered, np.unique(numbered[core])))
 
 
 def _likeness(lab: Image, colours: npt.NDArray[np.float64]) -> Image:
@@ -191,6 +185,11 @@ def _large(mask: Bools, grid: Grid) -> Bools:
     return np.asarray(large[numbered])
 
 
+def _as_wide_as(width: float, mask: Bools, grid: Grid) -> Bools:
+    """The parts of a mask that are at least so wide, in sheet units."""
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(width, grid)) > 0)
+
+
 def _disc(width: float, grid: Grid) -> cv2.typing.MatLike:
     side = max(3, round(width * grid.pixels_per_unit)) | 1
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
@@ -202,13 +201,13 @@ def sleeves(labels: Labels, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
     If the sheet would go with them they are looked for on its front and its back alone; none if there would still be no
     sheet left.
     """
-    kernel = _disc(THINNEST_SLEEVE, grid)
-    around = np.ones((2 * len(kernel) + 1, 2 * len(kernel) + 1), np.uint8)
+    reach = len(_disc(THINNEST_SLEEVE, grid))
+    around = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     paper = is_paper(labels) & ~unknown
     for part in (paper, paper & (labels == FRONT), paper & (labels == BACK)):
-        thick = cv2.morphologyEx(part.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
+        thick = _as_wide_as(THINNEST_SLEEVE, part, grid)
         reaching = touching_edge(thick, seen)
-        sheet = cv2.morphologyEx((paper & ~reaching).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+        sheet = _as_wide_as(THINNEST_SLEEVE, paper & ~reaching, grid)
         if np.count_nonzero(sheet) >= SMALLEST_SHEET * grid.pixels_per_unit**2:
             thin = part & ~thick & (cv2.dilate((reaching | unknown).astype(np.uint8), around) > 0)
             return np.asarray(reaching | thin)
@@ -222,8 +221,7 @@ def fingertips(table: Bools, hidden: Bools, grid: Grid) -> Bools:
     """
     if not hidden.any():
         return np.zeros(table.shape, bool)
-    wide = cv2.morphologyEx(table.astype(np.uint8), cv2.MORPH_OPEN, _disc(WIDEST_FINGER, grid))
-    narrow = (table & (wide == 0)).astype(np.uint8)
+    narrow = (table & ~_as_wide_as(WIDEST_FINGER, table, grid)).astype(np.uint8)
     _, numbered = cv2.connectedComponents(narrow, connectivity=4)
     beside = cv2.dilate(hidden.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     return np.asarray((narrow > 0) & np.isin(numbered, np.unique(numbered[beside])))

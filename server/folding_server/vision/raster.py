@@ -11,10 +11,8 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Polygon
-from folding_server.vision.grid import Floats, Grid
+from folding_server.vision.grid import Floats, Grid, Indices
 from folding_server.vision.labels import BACK, FRONT, Labels
-
-Indices = npt.NDArray[np.intp]
 
 _SHIFT = 6
 _FINE = 4

@@ -10,12 +10,11 @@ import numpy.typing as npt
 
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.plane_geometry import Isometry, Point
-from folding_server.vision.grid import Grid
+from folding_server.vision.grid import Grid, Indices
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels
 
 Mask = npt.NDArray[np.bool_]
-Indices = npt.NDArray[np.intp]
 
 
 Image = npt.NDArray[np.float32]

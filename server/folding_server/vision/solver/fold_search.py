@@ -6,6 +6,7 @@ best are refined below the pixel together with the sheet's drift, then snapped t
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -205,19 +206,21 @@ class FoldSearch:
     def _meant(self, found: Sequence[FoldFound]) -> list[FoldFound]:
         """Those of the folds whose line passes through two vertices near their creases."""
         return [
-            f
-            for f in found
-            if f.exact and len(self._met(f.moving.line, handles_of(self.leaves, f.moving))) > 1
+            f for f in found if f.exact and self._is_meant(f.moving.line, handles_of(self.leaves, f.moving))
         ]
 
-    def _met(self, line: Line, ends: tuple[Point, Point]) -> list[Point]:
-        """The vertices that a line passes through between two of its points, or little beyond."""
+    def _is_meant(self, line: Line, ends: tuple[Point, Point]) -> bool:
+        """Whether a line passes through two vertices between its ``ends`` or little beyond."""
+        return len(self._beside(line, ends, EXACTLY, AROUND)) > 1
+
+    def _beside(self, line: Line, ends: tuple[Point, Point], reach: float, beyond: float) -> list[Point]:
+        """Vertices within reach of a line, between its ends or so far beyond them."""
         low, high = sorted(line.ny * x - line.nx * y for x, y in ends)
         return [
             p
             for p in self.points
-            if abs(line.distance(p)) < EXACTLY
-            and low - AROUND < line.ny * p[0] - line.nx * p[1] < high + AROUND
+            if abs(line.distance(p)) < reach
+            and low - beyond < line.ny * p[0] - line.nx * p[1] < high + beyond
         ]
 
     def _allowance(self, found: FoldFound, snapped: FoldFound, far: float, near: float) -> float:
@@ -295,13 +298,8 @@ class FoldSearch:
 
     def _near_points(self, found: FoldFound, reach: float) -> list[Point]:
         """Vertices within reach of the crease, by distance."""
-        line, (a, b) = found.moving.line, handles_of(self.leaves, found.moving)
-        low, high = sorted((line.ny * a[0] - line.nx * a[1], line.ny * b[0] - line.nx * b[1]))
-        near = [
-            p
-            for p in self.points
-            if abs(line.distance(p)) < reach and low - reach < line.ny * p[0] - line.nx * p[1] < high + reach
-        ]
+        line = found.moving.line
+        near = self._beside(line, handles_of(self.leaves, found.moving), reach, reach)
         return sorted(near, key=lambda p: abs(line.distance(p)))[:4]
 
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
@@ -314,8 +312,8 @@ class FoldSearch:
         near = np.nonzero((gaps < AROUND) & same_side)[0]
         nearest = _distinct([as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")]])
         best = sorted(nearest[:24], key=lambda other: -self._at_once(found, other))[:6]
-        meant = [other for other in nearest if len(self._met(other, handles)) > 1]
-        return best + [other for other in meant if other not in best][:2]
+        meant = (other for other in nearest if other not in best and self._is_meant(other, handles))
+        return [*best, *islice(meant, 2)]
 
     def _at_once(self, found: FoldFound, line: Line) -> float:
         """The agreement of a line near the found one as it stands."""

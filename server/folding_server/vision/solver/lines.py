@@ -1,5 +1,6 @@
 """Candidate fold lines: landmarks of the folded paper, a grid of all lines, and what a photo rules out."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, cos, pi, radians, sin
 
@@ -133,13 +134,18 @@ def distinct_lines(lines: Lines) -> Lines:
 
 def all_lines(paper: Paper, degrees: float, spacing: float) -> Lines:
     """A grid of lines across the folded paper: one each ``degrees`` of angle and ``spacing`` of offset."""
+    angles = np.arange(0.0, 180.0, degrees)
+    return lines_across(paper, [(cos(radians(angle)), sin(radians(angle))) for angle in angles], spacing)
+
+
+def lines_across(paper: Paper, normals: Iterable[npt.ArrayLike], spacing: float) -> Lines:
+    """Lines across the folded paper at each ``spacing`` of offset, for each unit normal, (n, 3)."""
     points = distinct_points(paper)
     rows = []
-    for angle in np.arange(0.0, 180.0, degrees):
-        nx, ny = cos(radians(angle)), sin(radians(angle))
-        reach = points @ np.array([nx, ny])
-        offsets = np.arange(reach.min() + spacing, reach.max(), spacing)
-        rows.append(np.column_stack([np.full((len(offsets), 2), (nx, ny)), offsets]))
+    for normal in normals:
+        heights = points @ np.asarray(normal)
+        offsets = np.arange(heights.min() + spacing, heights.max(), spacing)
+        rows.append(np.column_stack([np.full((len(offsets), 2), normal), offsets]))
     return np.concatenate(rows)
 
 
@@ -223,11 +229,7 @@ class Evidence:
 
     def _look(self, labels: Labels, points: npt.NDArray[np.float64]) -> Labels:
         """The label under each point of the paper's plane; background outside the picture."""
-        pixels = np.rint(self.scene.grid.to_pixel(carried(points, self.motion))).astype(np.int64)
-        cols, rows = pixels[..., 0], pixels[..., 1]
-        inside = (cols >= 0) & (rows >= 0) & (cols < labels.shape[1]) & (rows < labels.shape[0])
-        seen = labels[np.where(inside, rows, 0), np.where(inside, cols, 0)]
-        return np.where(inside, seen, np.uint8(BACKGROUND))
+        return self.scene.grid.under(carried(points, self.motion), labels)
 
 
 _ENOUGH = 8

@@ -22,9 +22,9 @@ from folding_server.vision.solver.lines import (
     as_line,
     axes_of,
     both_ways,
-    distinct_points,
     edge_directions,
     landmark_lines,
+    lines_across,
 )
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import Actions, realise
@@ -167,14 +167,12 @@ class QuietFolds:
         """Those of too many lines (n, 3) along which a bit looks different, as it mostly does along the crease of a fold."""
         if len(lines) <= MOST_LINES:
             return lines
-        grid, across = self.scene.grid, lines[:, :2]
+        across = lines[:, :2]
         along = np.stack([across[:, 1], -across[:, 0]], axis=1)
         steps = np.arange(-FARTHEST, FARTHEST, SPACING)
         feet = across * (lines[:, 2] - across @ MIDDLE)[:, None] + MIDDLE
-        points = carried(feet[:, None] + along[:, None] * steps[:, None], self.motion)
-        cols, rows = np.rint(grid.to_pixel(points)).astype(int).transpose(2, 0, 1)
-        within = (rows >= 0) & (rows < grid.rows) & (cols >= 0) & (cols < grid.cols)
-        shown = self.seen.shown[rows.clip(0, grid.rows - 1), cols.clip(0, grid.cols - 1)] * within
+        points = feet[:, None] + along[:, None] * steps[:, None]
+        shown = self.scene.grid.under(carried(points, self.motion), self.seen.shown)
         return np.asarray(lines[shown.sum(axis=1) * SPACING >= LEAST_CREASE])
 
     @cached_property
@@ -188,13 +186,7 @@ class QuietFolds:
 
     def _aligned(self) -> Lines:
         """Lines parallel or square to an edge, (n, 3)."""
-        points = distinct_points(self.paper)
-        rows = []
-        for normal in edge_directions(self.paper):
-            heights = points @ normal
-            offsets = np.arange(heights.min() + SPACING, heights.max(), SPACING)
-            rows.append(np.column_stack([np.full((len(offsets), 2), normal), offsets]))
-        return np.concatenate(rows)
+        return lines_across(self.paper, edge_directions(self.paper), SPACING)
 
     def _traced(self) -> Lines:
         """Lines along which something looks different, the longest, (n, 3)."""
