@@ -3,8 +3,10 @@
 from math import cos, pi, sin
 from random import Random
 
-from folding_server.simulator.foldability import CreasePattern, Letter
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Line, Point, area, clip, mirror
+from folding_server.geometry.convex import area, clip
+from folding_server.geometry.isometry import IDENTITY, Isometry, mirror
+from folding_server.geometry.line import Line, Point
+from folding_server.simulator.foldability import Assignment, CreasePattern
 
 Layer = tuple[list[Point], Isometry]
 """The outline of a face on the sheet and the motion to where it lies."""
@@ -14,24 +16,26 @@ def miura(columns: int, rows: int, lean: float = 0.3) -> CreasePattern:
     """Miura-ori: straight creases across, zigzag creases upwards that lean by a fraction of a column."""
     vertices = [(i + lean * (j % 2), float(j)) for j in range(rows + 1) for i in range(columns + 1)]
     edges: list[tuple[int, int]] = []
-    letters: list[Letter] = []
+    assignments: list[Assignment] = []
     for j in range(rows + 1):
         for i in range(columns + 1):
             here = j * (columns + 1) + i
             if i < columns:
                 edges.append((here, here + 1))
-                letters.append("B" if j in (0, rows) else "V" if (i + j) % 2 else "M")
+                assignments.append("B" if j in (0, rows) else "V" if (i + j) % 2 else "M")
             if j < rows:
                 edges.append((here, here + columns + 1))
-                letters.append("B" if i in (0, columns) else "M" if i % 2 else "V")
-    return CreasePattern(tuple(vertices), tuple(edges), tuple(letters))
+                assignments.append("B" if i in (0, columns) else "M" if i % 2 else "V")
+    return CreasePattern(tuple(vertices), tuple(edges), tuple(assignments))
 
 
-def map_grid(columns: int, rows: int, letter: Letter = "U") -> CreasePattern:
+def map_grid(columns: int, rows: int, assignment: Assignment = "U") -> CreasePattern:
     """A map: unit squares with one letter for all creases."""
     plain = miura(columns, rows, 0.0)
-    letters: tuple[Letter, ...] = tuple("B" if known == "B" else letter for known in plain.letters)
-    return CreasePattern(plain.vertices, plain.edges, letters)
+    assignments: tuple[Assignment, ...] = tuple(
+        "B" if known == "B" else assignment for known in plain.edges_assignment
+    )
+    return CreasePattern(plain.vertices, plain.edges, assignments)
 
 
 def all_layers(folds: int, seed: int) -> CreasePattern:
@@ -76,11 +80,11 @@ def _pattern(stack: list[Layer]) -> CreasePattern:
         cycle = [v for k, v in enumerate(ids) if v != ids[k - 1]]
         for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
             beside.setdefault((min(u, v), max(u, v)), []).append(height)
-    letters: list[Letter] = []
+    assignments: list[Assignment] = []
     for heights in beside.values():
         lower = stack[min(heights)][1]
-        letters.append("B" if len(heights) == 1 else "M" if lower.mirrors else "V")
-    return CreasePattern(tuple(vertices), tuple(beside), tuple(letters))
+        assignments.append("B" if len(heights) == 1 else "M" if lower.mirrors else "V")
+    return CreasePattern(tuple(vertices), tuple(beside), tuple(assignments))
 
 
 def _vertex(point: Point, places: dict[tuple[int, int], int], vertices: list[Point]) -> int:

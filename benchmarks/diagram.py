@@ -36,7 +36,7 @@ def random_fold(paper: Paper, chance: random.Random) -> Paper:
         for _ in range(2):
             edge = chance.choice(boundary_edges(cut))
             cut = add_vertex(cut, edge, chance.uniform(0.1, 0.9))
-            points.append(max(cut.places))
+            points.append(max(cut.vertices_coords))
         return fold(cut, (points[0], points[1]), chance.choice((1, -1)))
     except FoldingError:
         return paper

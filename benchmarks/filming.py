@@ -9,19 +9,19 @@ from pathlib import Path
 import cv2
 import numpy as np
 from folding_schemas.actions import Program
-from folding_server.photographer.camera import Camera, Matrix
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, floats, to_srgb
-from folding_server.photographer.geometry import View
+from folding_server.photographer.color_spaces import Floats, floats, to_srgb
 from folding_server.photographer.gripping import gripping_hand
-from folding_server.photographer.hands import Cover, Reach, cover_with
+from folding_server.photographer.hand_model import Cover, Reach, cover_with
+from folding_server.photographer.layer_rendering import Shading, paint_stack, throw_direction
 from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.lighting import Lamp, lamp_light
 from folding_server.photographer.moments import Moment
-from folding_server.photographer.scene import Scene
+from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.pinhole_camera import Camera, Matrix
+from folding_server.photographer.placement import View
+from folding_server.photographer.rng import stream
 from folding_server.photographer.session import Session, prepare
 from folding_server.photographer.sheet_texture import SheetTexture, creased
-from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
 from folding_server.photographer.table import seen_table
 from numpy.typing import NDArray
 from screenplay import TROUBLES, Beat, Seen, Trouble, screenplay

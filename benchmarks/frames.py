@@ -17,8 +17,8 @@ from pathlib import Path
 
 import av
 import numpy as np
+from folding_server.frames.image_files import decode, encode_for_model
 from folding_server.frames.keyframes import propose_keyframes
-from folding_server.frames.pictures import decode, encode_for_model
 from PIL import Image, ImageOps
 
 PHOTO_SIZE = (4032, 3024)

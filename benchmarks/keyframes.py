@@ -30,7 +30,7 @@ from folding_server.frames.sequence_writer import write_sequence
 from folding_server.frames.stillness import watch
 from folding_server.frames.video import open_video
 from folding_server.interchange.programs import load_program
-from folding_server.photographer.chance import stream
+from folding_server.photographer.rng import stream
 from reconstruction.studio import seed_of
 from screenplay import TROUBLES, Seen
 

@@ -50,7 +50,7 @@ def boundary_fold(random: Random, paper: Paper) -> Plan:
 
 def vertex_fold(random: Random, paper: Paper) -> Plan:
     """A fold through two vertices that exist, wherever they lie."""
-    u, v = random.sample(sorted(paper.places), 2)
+    u, v = random.sample(sorted(paper.vertices_coords), 2)
     yield through(random, u, v)
 
 
@@ -84,7 +84,7 @@ def marked_fold(random: Random, first: Edge, second: Edge) -> Plan:
 def twin_fold(random: Random, paper: Paper) -> Plan:
     """Two points of an edge about a tolerance apart, and a fold through one of them, or even through both."""
     u, v = any_edge(random, paper)
-    others = [w for w in paper.places if w not in (u, v)]
+    others = [w for w in paper.vertices_coords if w not in (u, v)]
     paper = yield AddVertex(edge=(u, v), position=fraction(random))
     point = newest(paper)
     apart = TOLERANCE * random.uniform(0.9, 3) / max(side_length(paper, (point, v)), TOLERANCE)
@@ -112,13 +112,13 @@ def echo_fold(random: Random, paper: Paper) -> Plan:
     point = newest(paper)
     if random.random() < 0.5:
         paper = yield from echo(random, paper)
-    others = [w for w in paper.places if w != point]
+    others = [w for w in paper.vertices_coords if w != point]
     yield through(random, point, random.choice([newest(paper), random.choice(others)]))
 
 
 def echo(random: Random, paper: Paper) -> Generator[Action, Paper, Paper]:
     """A new point of an edge within NEAR of where a vertex lies that is none of its ends; a plain one if there is none."""
-    edges, vertices = sorted(paper.edge_faces), sorted(paper.places)
+    edges, vertices = sorted(paper.edge_faces), sorted(paper.vertices_coords)
     for _ in range(40):
         edge, vertex = random.choice(edges), random.choice(vertices)
         foot = foot_fraction(paper, edge, vertex)
@@ -131,7 +131,7 @@ def echo(random: Random, paper: Paper) -> Generator[Action, Paper, Paper]:
 def almost_through(random: Random, paper: Paper) -> Plan:
     """A fold through a point that almost coincides with a vertex: the line just misses the vertex."""
     u, v = any_edge(random, paper)
-    others = [w for w in paper.places if w != u]
+    others = [w for w in paper.vertices_coords if w != u]
     paper = yield AddVertex(edge=(u, v), position=random.choice(NEAR) * random.uniform(0.5, 5))
     yield through(random, newest(paper), random.choice(others))
 
@@ -147,7 +147,7 @@ def almost_along(random: Random, paper: Paper) -> Plan:
 
 def rounded_fold(random: Random, paper: Paper) -> Plan:
     """A fold through a vertex and its foot on an edge, the fraction rounded as people write it."""
-    edges, vertices = sorted(paper.edge_faces), sorted(paper.places)
+    edges, vertices = sorted(paper.edge_faces), sorted(paper.vertices_coords)
     for _ in range(20):
         edge, vertex = random.choice(edges), random.choice(vertices)
         foot = foot_fraction(paper, edge, vertex)
@@ -185,7 +185,7 @@ def through(random: Random, u: int, v: int) -> Fold:
 
 def newest(paper: Paper) -> int:
     """The id of the vertex made last."""
-    return max(paper.places)
+    return max(paper.vertices_coords)
 
 
 def any_edge(random: Random, paper: Paper) -> Edge:
@@ -216,20 +216,20 @@ def folded_edges(paper: Paper) -> list[Edge]:
 
 def side_length(paper: Paper, edge: Edge) -> float:
     """The length of an edge on the sheet."""
-    return dist(paper.places[edge[0]], paper.places[edge[1]])
+    return dist(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
 
 
 def off_line(paper: Paper, edge: Edge, vertex: int) -> float:
     """How far from the line of an edge the folded position of a vertex lies; the edge must have length."""
-    (ax, ay), (bx, by) = paper.positions[edge[0]], paper.positions[edge[1]]
-    x, y = paper.positions[vertex]
+    (ax, ay), (bx, by) = paper.folded_vertices_coords[edge[0]], paper.folded_vertices_coords[edge[1]]
+    x, y = paper.folded_vertices_coords[vertex]
     return abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / hypot(bx - ax, by - ay)
 
 
 def foot_fraction(paper: Paper, edge: Edge, vertex: int) -> float:
     """Where on an edge, as a fraction, the folded position of a vertex projects; -1 for an edge without length."""
-    (ax, ay), (bx, by) = paper.positions[edge[0]], paper.positions[edge[1]]
-    x, y = paper.positions[vertex]
+    (ax, ay), (bx, by) = paper.folded_vertices_coords[edge[0]], paper.folded_vertices_coords[edge[1]]
+    x, y = paper.folded_vertices_coords[vertex]
     length = hypot(bx - ax, by - ay)
     if length < 1e-9:
         return -1.0

@@ -6,8 +6,8 @@ from enum import Enum
 from itertools import pairwise
 
 import numpy as np
-from folding_server.photographer.chance import stream
 from folding_server.photographer.movements import Movement, Swing
+from folding_server.photographer.rng import stream
 
 
 class Seen(Enum):

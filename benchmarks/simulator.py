@@ -18,8 +18,8 @@ from time import process_time
 
 from folding_schemas.actions import Action
 from folding_server.errors import ActionRefused
+from folding_server.geometry.line import Point
 from folding_server.simulator import Paper, add_vertex, apply, fold, folded_state, new_paper
-from folding_server.simulator.plane_geometry import Point
 from pydantic import TypeAdapter
 from shapely.affinity import affine_transform
 from shapely.geometry import box
@@ -41,7 +41,8 @@ def recorded_actions() -> list[float]:
             action = {key: value for key, value in recorded.items() if key != "at"}
             if "at" in recorded:
                 action["edge"] = [
-                    min(paper.places, key=lambda v: dist(paper.places[v], at)) for at in recorded["at"]
+                    min(paper.vertices_coords, key=lambda v: dist(paper.vertices_coords[v], at))
+                    for at in recorded["at"]
                 ]
             known = ACTION.validate_python(action)
             start = process_time()
@@ -85,13 +86,13 @@ def vertex_at(paper: Paper, face: int, target: Point) -> tuple[Paper, int]:
     """A vertex of a face at a place on its boundary, added if there is none."""
     cycle = paper.faces[face]
     for v in cycle:
-        if dist(paper.positions[v], target) < 1e-6:
+        if dist(paper.folded_vertices_coords[v], target) < 1e-6:
             return paper, v
     for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
-        p, q = paper.positions[u], paper.positions[v]
+        p, q = paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]
         if abs(dist(p, target) + dist(target, q) - dist(p, q)) < 1e-9:
             paper = add_vertex(paper, (u, v), dist(p, target) / dist(p, q))
-            return paper, max(paper.places)
+            return paper, max(paper.vertices_coords)
     message = f"no edge of face {face} passes {target}"
     raise LookupError(message)
 
@@ -133,7 +134,7 @@ def random_folds(programs: int, folds: int, seed: int) -> list[list[float]]:
                 for _ in range(2):
                     marked = add_vertex(marked, chance.choice(edges), chance.uniform(0.1, 0.9))
                     edges = sorted(marked.edge_faces)
-                ends = (max(marked.places) - 1, max(marked.places))
+                ends = (max(marked.vertices_coords) - 1, max(marked.vertices_coords))
                 start = process_time()
                 paper = fold(marked, ends, chance.choice((1, -1)))
             except ActionRefused:

@@ -16,8 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from folding_server.app import FoldingServer
-from folding_server.tools.desk import Desk, Settings
+from folding_server.mcp.context import AppContext, ServerSettings
+from folding_server.mcp.server import FoldingServer
 from mcp import Client, StdioServerParameters
 
 
@@ -76,8 +76,8 @@ async def started(folder: Path, mode: str) -> float:
 
 async def calls_in_memory(data: Path, count: int) -> dict[str, object]:
     """The same calls without a process between."""
-    with Desk(Settings(data)) as desk:
-        return await calls_over(Client(FoldingServer(desk)), count)
+    with AppContext(ServerSettings(data)) as app:
+        return await calls_over(Client(FoldingServer(app)), count)
 
 
 async def calls_over(connection: Client, count: int) -> dict[str, object]:

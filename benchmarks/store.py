@@ -18,7 +18,7 @@ from contextlib import closing
 from pathlib import Path
 
 from folding_schemas.actions import Rotate
-from folding_server.store.runs import RunStore
+from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView
 
 ACTIONS_PER_FRAME = 20

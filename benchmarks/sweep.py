@@ -20,8 +20,8 @@ from random import Random
 
 from folding_schemas.actions import Action, Unfold
 from folding_server.errors import ActionRefused
+from folding_server.geometry.line import Point
 from folding_server.simulator import Paper, apply, folded_state, new_paper
-from folding_server.simulator.plane_geometry import Point
 from folding_server.simulator.validity import violations
 from random_programs import Plan, between_folds, folded_edges, next_fold
 
@@ -108,7 +108,7 @@ def in_general(action: Action, refusal: str) -> str:
 def fingerprint(paper: Paper) -> tuple[object, ...]:
     """What must not change when another paper is made of this one."""
     return (
-        tuple(paper.places.items()),
+        tuple(paper.vertices_coords.items()),
         tuple(paper.faces.items()),
         tuple(paper.isometries.items()),
         paper.order,
@@ -119,7 +119,7 @@ def fingerprint(paper: Paper) -> tuple[object, ...]:
 def named_places(paper: Paper, action: Action) -> tuple[Point, ...]:
     """Where on the sheet the vertices of an action lie, so that it can be repeated when ids have changed."""
     edge = getattr(action, "edge", None)
-    return tuple(paper.places[v] for v in edge or () if v in paper.places)
+    return tuple(paper.vertices_coords[v] for v in edge or () if v in paper.places)
 
 
 def shortest(run: Run) -> list[Action]:
@@ -156,7 +156,9 @@ def again(sheet: Point, kept: list[tuple[Action, tuple[Point, ...]]], kind: str)
 
 def nearest(paper: Paper, place: Point) -> int | None:
     """The vertex at a place on the sheet."""
-    distance, vertex = min((abs(x - place[0]) + abs(y - place[1]), v) for v, (x, y) in paper.places.items())
+    distance, vertex = min(
+        (abs(x - place[0]) + abs(y - place[1]), v) for v, (x, y) in paper.vertices_coords.items()
+    )
     return vertex if distance < 1e-9 else None
 
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from folding_client.assembly import Cast, make_worker
-from folding_client.connection import ServerAddress
+from folding_client.assembly import RoleModels, make_worker
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec
 from folding_client.progress import Silent
+from folding_client.protocol.connection import ServerAddress
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import Recorder
-from folding_client.server import FoldingServer
 from folding_client.settings import Settings
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -75,12 +75,12 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
     run.create()
     recorder = Recorder(run, {})
     with (out / "server.log").open("w", encoding="utf-8") as log:
-        server = FoldingServer(ServerAddress(sequence, run.store, None), recorder, log)
+        server = ServerClient(ServerAddress(sequence, run.store, None), recorder, log)
         await server.start()
         try:
             info = await server.open_run(sequence.name)
             settings = Settings(tools="all", keep_images=True, keep_results=True, full_descriptions=True)
-            cast = Cast(agent, critic, None, None)
+            cast = RoleModels(agent, critic, None, None)
             colors = (info.front_color, info.back_color)
             info = await make_worker(cast, settings, server, recorder, Silent(), colors).run()
         finally:

@@ -37,8 +37,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from folding_client.agent import offer  # noqa: E402
-from folding_client.agent.savings import in_brief, without_old_pictures, without_old_states  # noqa: E402
+from folding_client.agent import tool_selection  # noqa: E402
+from folding_client.agent.context_compaction import in_brief, without_old_pictures, without_old_states  # noqa: E402
 from folding_client.messages import (  # noqa: E402
     Message,
     Reply,
@@ -132,7 +132,7 @@ def sent_with(savings: frozenset[str], queries: Sequence[Query]) -> Iterator[Que
         tools = _offered(query.tools, savings)
         messages = list(query.messages)
         if query.role == "agent":
-            listed = offer.tool_list(query.tools), offer.tool_list(tools)
+            listed = tool_selection.tool_list(query.tools), offer.tool_list(tools)
             messages[0] = system(messages[0].text.replace(*listed))
         yield replace(query, messages=tuple(_saved(messages, savings)), tools=tools)
 
@@ -156,11 +156,11 @@ def _in_brief(message: Message) -> Message:
 def _offered(tools: tuple[ToolSpec, ...], savings: frozenset[str]) -> tuple[ToolSpec, ...]:
     kept = {tool.name for tool in tools}
     if "standard_tools" in savings:
-        kept = {*offer.STANDARD_TOOLS, "ask_critic"}
+        kept = {*tool_selection.STANDARD_TOOLS, "ask_critic"}
     if "paper_tools" in savings:
-        kept = {*offer.PAPER_TOOLS, "ask_critic"}
+        kept = {*tool_selection.PAPER_TOOLS, "ask_critic"}
     chosen = [tool for tool in tools if tool.name in kept]
-    return tuple(map(offer.in_brief, chosen) if "brief_descriptions" in savings else chosen)
+    return tuple(map(tool_selection.in_brief, chosen) if "brief_descriptions" in savings else chosen)
 
 
 def _one_conversation(queries: Sequence[Query]) -> Iterator[Query]:

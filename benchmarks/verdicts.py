@@ -27,12 +27,12 @@ import numpy as np
 from folding_schemas.actions import Action, Flip, Fold, Program
 from folding_server.errors import ActionRefused, PhotoError
 from folding_server.frames.sequences import load_sequence
+from folding_server.geometry.line import Line
 from folding_server.interchange.programs import load_program
 from folding_server.photographer import photograph
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper, apply
 from folding_server.simulator.fold import fold_line
-from folding_server.simulator.plane_geometry import Line
 from folding_server.vision.alignment import align_paper
 from folding_server.vision.comparison import compare
 from folding_server.vision.fitting.scene import Scene

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from folding_schemas.actions import Program
 from folding_server.diagram import draw_svg, rasterise
-from folding_server.diagram.colors import colors_of
+from folding_server.diagram.palette import colors_of
+from folding_server.frames.image_files import Rgb, decode_bytes
 from folding_server.frames.panels import Size, Tile, table
-from folding_server.frames.pictures import Rgb, decode_bytes
 from folding_server.frames.sequences import load_sequence
 from folding_server.interchange.programs import load_program
 from folding_server.simulator import Paper, apply, new_paper

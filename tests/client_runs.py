@@ -19,7 +19,7 @@ from typing import IO, Any
 from folding_client.models.retries import RetryPolicy
 from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
-from folding_client.record.events import read_events
+from folding_client.record.event_log import read_events
 from folding_client.settings import Settings
 from lasting import LASTING
 from paths import SHARED

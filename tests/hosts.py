@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from folding_server.app import FoldingServer
-from folding_server.tools.desk import Desk, Settings
+from folding_server.mcp.context import AppContext, ServerSettings
+from folding_server.mcp.server import FoldingServer
 from mcp import Client, StdioServerParameters
 from mcp.types import CallToolResult, ImageContent, TextContent
 
@@ -62,8 +62,8 @@ def images_of(result: CallToolResult) -> list[ImageContent]:
 @asynccontextmanager
 async def in_memory(data: Path, *sequences: Path, shared: bool = False) -> AsyncIterator[Host]:
     """A host connected to a server in this process."""
-    with Desk(Settings(data, sequences=sequences, shared=shared)) as desk:
-        async with Client(FoldingServer(desk)) as client:
+    with AppContext(ServerSettings(data, sequences=sequences, shared=shared)) as app:
+        async with Client(FoldingServer(app)) as client:
             yield Host(client)
 
 

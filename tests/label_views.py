@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from folding_server.geometry.isometry import Isometry, turn
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Isometry, turn
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.fitting.scene import Scene, Views
 from folding_server.vision.grid import grid_over

@@ -41,7 +41,9 @@ def random_paper(seed: int, folds: int, sheet: tuple[float, float] = (1.0, 1.0))
             for _ in range(2):
                 boundary = [edge for edge, beside in cut.edge_faces.items() if len(beside) == 1]
                 cut = add_vertex(cut, chance.choice(boundary), chance.uniform(0.15, 0.85))
-            folded = fold(cut, (max(cut.places) - 1, max(cut.places)), chance.choice((1, -1)))
+            folded = fold(
+                cut, (max(cut.vertices_coords) - 1, max(cut.vertices_coords)), chance.choice((1, -1))
+            )
             paper = unfold(folded) if chance.random() < 0.3 else folded
         except ActionRefused:
             continue

@@ -21,7 +21,7 @@ from client_runs import (
     save,
     solved,
 )
-from folding_client.agent.offer import PAPER_TOOLS
+from folding_client.agent.tool_selection import PAPER_TOOLS
 from folding_prompts import tool_description
 from providers.anthropic import Anthropic
 from providers.base import Provider, Says

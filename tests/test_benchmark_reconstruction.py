@@ -251,9 +251,9 @@ def test_rendered_programs_make_the_papers_of_their_truth() -> None:
 
 def _agrees(paper: Paper, frame: dict[str, Any]) -> None:
     for vertex in frame["vertices"].values():
-        near = min(paper.places, key=lambda v: dist(paper.places[v], vertex["sheet"]))
-        assert dist(paper.places[near], vertex["sheet"]) < 2e-3
-        assert dist(paper.positions[near], vertex["folded"]) < 2e-3
+        near = min(paper.vertices_coords, key=lambda v: dist(paper.vertices_coords[v], vertex["sheet"]))
+        assert dist(paper.vertices_coords[near], vertex["sheet"]) < 2e-3
+        assert dist(paper.folded_vertices_coords[near], vertex["folded"]) < 2e-3
 
 
 # Running

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from client_runs import events, program, sequence, settings
 from distributed import LocalCluster
-from folding_client import cluster
-from folding_client.batch import Line, Listener
-from folding_client.cluster import run_on_cluster
+from folding_client.batch import cluster
+from folding_client.batch.cluster import run_on_cluster
+from folding_client.batch.runner import BatchEntry, Listener
 from folding_client.interrupts import UsageError
-from folding_client.record.events import EventLog
+from folding_client.record.event_log import EventLog
 from test_client_commands import TURN, command, save, script
 
 
@@ -29,13 +29,13 @@ def scheduler() -> Iterator[str]:
 
 def test_workers_reconstruct_a_batch_and_skip_what_is_finished(tmp_path: Path, scheduler: str) -> None:
     model = script(tmp_path, [save(1)], [TURN, save(2)])
-    heard: list[Line] = []
+    heard: list[BatchEntry] = []
 
     class Hears(Listener):
-        def ended(self, line: Line) -> None:
+        def ended(self, line: BatchEntry) -> None:
             heard.append(line)
 
-    def batch() -> list[Line]:
+    def batch() -> list[BatchEntry]:
         sequences = [sequence(2), sequence(3)]
         return asyncio.run(run_on_cluster(scheduler, sequences, tmp_path, settings(model=model), Hears()))
 
@@ -124,7 +124,7 @@ def test_a_worker_that_dies_loses_nothing_that_was_saved(tmp_path: Path) -> None
     model = script(tmp_path, [save(1)], [TURN, save(2)], *looks, [TURN, save(3)])
     run = tmp_path / sequence(3).name
 
-    async def work() -> list[Line]:
+    async def work() -> list[BatchEntry]:
         async with LocalCluster(
             n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", asynchronous=True
         ) as local:

@@ -12,12 +12,12 @@ import pytest
 from client_runs import events, program, shortened
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
-from folding_client.models.evidence import Memory, Trial
 from folding_client.models.geometric import GeometricModel
 from folding_client.progress import Silent
 from folding_client.reconstruct import new_job, reconstruct, resumed_job
 from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import Recorder
+from folding_client.search.search_memory import Memory, Trial
 from folding_client.settings import Settings
 from folding_schemas.actions import Program, Rotate
 from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
-from folding_client.agent.savings import Kept, without_old_pictures
-from folding_client.batch import sequences_of
+from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures
+from folding_client.batch.runner import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolSpec, user
 from folding_client.models.scripted import load_script
-from folding_client.record.events import EventLog, read_events
+from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.redaction import redact
-from folding_client.verdicts import CriticReply, OverviewReply, read_form, read_label
+from folding_client.roles.reply_parsing import CriticReply, OverviewReply, read_form, read_label
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,7 +116,7 @@ def test_leaving_pictures_out_keeps_every_subject_and_message(groups: list[list[
 
 
 def test_a_context_knows_what_was_sent_before() -> None:
-    context = StepContext([user("one"), user("two")], Kept())
+    context = StepContext([user("one"), user("two")], ContextPolicy())
     assert context.to_send()[1] == 0
     context.append(user("three"))
     assert context.to_send()[1] == 2
@@ -163,7 +163,7 @@ def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
 
 def test_a_damaged_log_is_named_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "events.jsonl").write_text('{"seq": 1}\nnonsense\n')
-    with pytest.raises(UsageError, match="Line 2"):
+    with pytest.raises(UsageError, match="BatchEntry 2"):
         list(read_events(tmp_path / "events.jsonl"))
 
 
@@ -211,7 +211,7 @@ def test_a_batch_s_sequences_come_from_a_folder_or_a_list(tmp_path: Path) -> Non
 
 def test_the_client_imports_neither_server_nor_geometry() -> None:
     code = (
-        "import sys, folding_client.cli, folding_client.cluster, folding_client.models.litellm_model; "
+        "import sys, folding_client.cli, folding_client.batch.cluster, folding_client.models.litellm_model; "
         "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'distributed') if name in sys.modules])"
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.diagram import Colors, Panel, draw_panels_svg, draw_program_strip, draw_svg, rasterise
-from folding_server.diagram.colors import contrast, hex_color, palette
-from folding_server.diagram.labels import place_labels
+from folding_server.diagram.label_placement import place_labels
+from folding_server.diagram.palette import contrast, hex_color, palette
 from folding_server.diagram.view import MARGIN, steady_view
 from folding_server.diagram.visibility import visible_faces
 from folding_server.errors import ProgramError
@@ -72,7 +72,9 @@ def test_every_state_lies_between_the_margins() -> None:
     for path in FIGURES:
         for paper in states(figure(path)):
             view = steady_view([paper], 768)
-            corners = [value for point in paper.positions.values() for value in view.pixel(point)]
+            corners = [
+                value for point in paper.folded_vertices_coords.values() for value in view.pixel(point)
+            ]
             assert min(corners) >= 768 * MARGIN - 1e-6
             assert max(corners) <= 768 * (1 - MARGIN) + 1e-6
 
@@ -80,15 +82,17 @@ def test_every_state_lies_between_the_margins() -> None:
 def test_what_does_not_move_stays_in_place() -> None:
     before = rotate(new_paper(), 45)
     after = fold(before, (4, 2), 1)
-    assert steady_view([before], 768).pixel(before.positions[4]) == pytest.approx(
-        steady_view([after], 768).pixel(after.positions[4])
+    assert steady_view([before], 768).pixel(before.folded_vertices_coords[4]) == pytest.approx(
+        steady_view([after], 768).pixel(after.folded_vertices_coords[4])
     )
 
 
 def test_a_wide_sheet_fits_too() -> None:
     paper = rotate(new_paper((2.35, 1.0)), 30)
     view = steady_view([paper], 400)
-    assert all(0 < value < 400 for point in paper.positions.values() for value in view.pixel(point))
+    assert all(
+        0 < value < 400 for point in paper.folded_vertices_coords.values() for value in view.pixel(point)
+    )
 
 
 @pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
@@ -96,7 +100,7 @@ def test_labels_name_every_vertex_once_and_never_overlap(path: Path) -> None:
     for paper in states(figure(path)):
         view = steady_view([paper], 768)
         placed = place_labels(paper, visible_faces(paper), [], view)
-        assert sorted(v for label in placed for v in label.ids) == sorted(paper.places)
+        assert sorted(v for label in placed for v in label.ids) == sorted(paper.vertices_coords)
         for i, label in enumerate(placed):
             left, top, right, bottom = label.box
             assert 0 <= left < right <= 768

@@ -26,7 +26,7 @@ MAPS = {(2, 2): 8, (2, 3): 60, (2, 4): 320, (3, 3): 1368}
 """Ways to fold a map (OEIS A001415, A001418)."""
 
 
-def grid(columns: int, rows: int, letters: str = "U", width: tuple[float, ...] = ()) -> CreasePattern:
+def grid(columns: int, rows: int, assignments: str = "U", width: tuple[float, ...] = ()) -> CreasePattern:
     """A map with creases lettered in turn, column lines first; columns may differ in width."""
     widths = width or (1.0,) * columns
     xs = [sum(widths[:i]) for i in range(columns + 1)]
@@ -39,17 +39,17 @@ def grid(columns: int, rows: int, letters: str = "U", width: tuple[float, ...] =
     ]
     inner = [e for e in upwards if 0 < e[0] % (columns + 1) < columns] + across[columns:-columns]
     edges = tuple(upwards + across)
-    given = {edge: letters[k % len(letters)] for k, edge in enumerate(inner)}
+    given = {edge: assignments[k % len(assignments)] for k, edge in enumerate(inner)}
     return CreasePattern(vertices, edges, tuple(given.get(edge, "B") for edge in edges))
 
 
-def star(angles: list[float], letters: str) -> CreasePattern:
+def star(angles: list[float], assignments: str) -> CreasePattern:
     """One vertex, 0, in a polygon whose corners 1, 2, ... lie in these directions, in degrees."""
     n = len(angles)
     rim = [(cos(radians(a)), sin(radians(a))) for a in angles]
     spokes = [(0, k + 1) for k in range(n)]
     outline = [(k + 1, (k + 1) % n + 1) for k in range(n)]
-    return CreasePattern(((0.0, 0.0), *rim), (*spokes, *outline), (*letters, *"B" * n))
+    return CreasePattern(((0.0, 0.0), *rim), (*spokes, *outline), (*assignments, *"B" * n))
 
 
 @pytest.mark.parametrize(("stamps", "ways"), STAMPS.items())
@@ -82,17 +82,17 @@ def test_a_mark_is_not_folded():
     assert (report.foldable, report.states, report.lying) == (True, 1, ())
 
 
-@pytest.mark.parametrize(("letter", "order"), [("V", (0, 1)), ("M", (1, 0))])
-def test_a_letter_says_which_face_of_a_book_lies_on_top(letter, order):
-    assert check_pattern(grid(2, 1, letter)).lying == (order,)
+@pytest.mark.parametrize(("assignment", "order"), [("V", (0, 1)), ("M", (1, 0))])
+def test_a_letter_says_which_face_of_a_book_lies_on_top(assignment, order):
+    assert check_pattern(grid(2, 1, assignment)).lying == (order,)
 
 
 @pytest.mark.parametrize(
-    ("widths", "letters", "foldable"),
+    ("widths", "assignments", "foldable"),
     [((1.0, 0.5, 1.0), "VV", False), ((1.0, 2.0, 1.0), "VV", True), ((1.0, 0.5, 1.0), "VM", True)],
 )
-def test_a_short_panel_cannot_be_rolled_up_between_two_long_ones(widths, letters, foldable):
-    report = check_pattern(grid(3, 1, letters, widths))
+def test_a_short_panel_cannot_be_rolled_up_between_two_long_ones(widths, assignments, foldable):
+    report = check_pattern(grid(3, 1, assignments, widths))
     assert report.foldable == foldable
     if not foldable:
         assert "no order of the layers" in report.reason
@@ -124,7 +124,8 @@ def test_the_smallest_angle_between_two_mountains_does_not_fold():
     """Kawasaki and Maekawa hold, but the smallest sector cannot lie on both neighbours' backs (big-little-big)."""
     angles = [0, 40, 150, 290]
     verdicts = {
-        letters: check_pattern(star(angles, letters)).foldable for letters in ("MMMV", "VMMM", "MVMM", "MMVM")
+        assignments: check_pattern(star(angles, assignments)).foldable
+        for assignments in ("MMMV", "VMMM", "MVMM", "MMVM")
     }
     assert verdicts == {"MMMV": False, "VMMM": True, "MVMM": True, "MMVM": False}
 
@@ -143,7 +144,7 @@ def test_a_crease_that_ends_inside_the_sheet_cannot_be_folded():
         ((0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.5)), ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4)), (*"BBBBV",)
     )
     assert "0-4" in check_pattern(dangling).reason
-    assert check_pattern(replace(dangling, letters=(*"BBBBF",))).foldable
+    assert check_pattern(replace(dangling, edges_assignment=(*"BBBBF",))).foldable
 
 
 def test_two_sheets_are_not_one():
@@ -175,8 +176,8 @@ def test_a_ring_that_does_not_close_up_is_refused():
     ("changes", "named"),
     [
         ({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
-        ({"letters": (*"BBBX",)}, "'X'"),
-        ({"letters": (*"BBB",)}, "3 letters"),
+        ({"edges_assignment": (*"BBBX",)}, "'X'"),
+        ({"edges_assignment": (*"BBB",)}, "3 letters"),
         ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
     ],
 )
@@ -184,7 +185,7 @@ def test_a_pattern_that_cannot_be_read_says_why(changes, named):
     square = {
         "vertices": ((0, 0), (1, 0), (1, 1), (0, 1)),
         "edges": ((0, 1), (1, 2), (2, 3), (3, 0)),
-        "letters": (*"BBBB",),
+        "edges_assignment": (*"BBBB",),
     }
     with pytest.raises(ProgramError, match=named):
         CreasePattern(**{**square, **changes})
@@ -200,9 +201,9 @@ def folded_twice(first: float, second: float) -> Paper:
 
 @pytest.mark.parametrize("paper", [folded_twice(0.5, 0.5), folded_twice(0.6, 0.3), folded_twice(0.3, 0.4)])
 def test_the_number_of_orders_is_that_of_all_stacks_the_validators_accept(paper):
-    letters = dict(paper.edges())
+    assignments = dict(paper.edges())
     stacks = [replace(paper, order=stack) for stack in permutations(paper.order)]
-    accepted = [p for p in stacks if dict(p.edges()) == letters and not violations(p)]
+    accepted = [p for p in stacks if dict(p.edges()) == assignments and not violations(p)]
     report = check_paper(paper)
     orders = {tuple(p.rank[x] < p.rank[y] for x, y in report.lying) for p in accepted}
     assert report.foldable
@@ -269,7 +270,7 @@ def test_what_was_folded_folds_flat_and_the_stack_found_is_one_the_validators_ac
     assert dict(stacked.edges()) == dict(paper.edges())
 
 
-@pytest.mark.parametrize(("letters", "stack"), [("VM", (0, 1, 2)), ("MV", (2, 1, 0))])
-def test_a_pleat_too_thin_to_overlap_anything_goes_where_its_creases_say(letters, stack):
-    report = check_pattern(grid(3, 1, letters, (0.5, 5e-5, 0.5)))
+@pytest.mark.parametrize(("assignments", "stack"), [("VM", (0, 1, 2)), ("MV", (2, 1, 0))])
+def test_a_pleat_too_thin_to_overlap_anything_goes_where_its_creases_say(assignments, stack):
+    report = check_pattern(grid(3, 1, assignments, (0.5, 5e-5, 0.5)))
     assert (report.foldable, report.lying, report.stack) == (True, (), stack)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
+from folding_server.frames.image_files import Rgb, encode_for_model
 from folding_server.frames.panels import ACCENT, GAP, Size, Tile, columns, side_by_side, table, wrapped
-from folding_server.frames.pictures import Rgb, encode_for_model
 from numpy.typing import NDArray
 from pictures import noise, quadrants
 

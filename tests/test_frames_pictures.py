@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
-from folding_server.frames.pictures import (
+from folding_server.frames.image_files import (
     MAX_BYTES,
     decode,
     decode_bytes,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
-from folding_server.frames.colors import color_rgb
+from folding_server.frames.color_names import color_rgb
 from folding_server.frames.filmstrip import evenly_spaced
 from folding_server.frames.photo_cache import PhotoCache
 from folding_server.frames.sequences import Library, load_sequence

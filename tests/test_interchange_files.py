@@ -72,7 +72,7 @@ def test_recorded_programs_are_resolved_by_place(path: Path) -> None:
     paper = new_paper()
     for action in recorded.actions:
         paper = apply(paper, resolved(paper, action))
-    assert len(paper.places) == len(recorded.final["vertices"])
+    assert len(paper.vertices_coords) == len(recorded.final["vertices"])
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,9 @@ def test_the_crease_pattern_picture_has_a_style_for_each_letter() -> None:
 def test_cp_lines_have_the_type_of_the_crease_and_span_the_page() -> None:
     pattern = crease_pattern_of(states(figure(CAT))[-1])
     rows = [line.split() for line in oripa_text(pattern).splitlines()]
-    assert [row[0] for row in rows] == [{"B": "1", "M": "2", "V": "3", "F": "4"}[x] for x in pattern.letters]
+    assert [row[0] for row in rows] == [
+        {"B": "1", "M": "2", "V": "3", "F": "4"}[x] for x in pattern.edges_assignment
+    ]
     numbers = [float(number) for row in rows for number in row[1:]]
     assert (min(numbers), max(numbers)) == (-200.0, 200.0)
     u, v = pattern.edges[0]

@@ -60,8 +60,8 @@ def stacking(paper: Paper) -> set[tuple[int, int]]:
     return {(index[low], index[high]) for low, high in overlapping_pairs(paper)}
 
 
-def letters(paper: Paper) -> list[str]:
-    return [letter for _, letter in paper.edges()]
+def assignments(paper: Paper) -> list[str]:
+    return [assignment for _, assignment in paper.edges()]
 
 
 def recorded_paper(path: Any) -> Paper:
@@ -82,9 +82,9 @@ def test_the_folded_form_comes_first_and_the_crease_pattern_inherits_from_it() -
     assert (pattern["frame_parent"], pattern["frame_inherit"]) == (0, True)
     assert "nonSelfTouching" in pattern["frame_attributes"]
     ids = document["folding:vertex_ids"]
-    assert ids == sorted(paper.places)
-    assert [tuple(p) for p in document["vertices_coords"]] == [paper.positions[v] for v in ids]
-    assert [tuple(p) for p in pattern["vertices_coords"]] == [paper.places[v] for v in ids]
+    assert ids == sorted(paper.vertices_coords)
+    assert [tuple(p) for p in document["vertices_coords"]] == [paper.folded_vertices_coords[v] for v in ids]
+    assert [tuple(p) for p in pattern["vertices_coords"]] == [paper.vertices_coords[v] for v in ids]
 
 
 @settings(max_examples=40, deadline=None)
@@ -99,11 +99,11 @@ def test_the_mesh_is_what_the_specification_says(seed: int, folds: int) -> None:
         assert sum(p[0] * q[1] - p[1] * q[0] for p, q in turns) > 0
         for i, edge in enumerate(sides):
             assert set(document["edges_vertices"][edge]) == {cycle[i], cycle[(i + 1) % len(cycle)]}
-    for (u, v), beside, letter, angle in zip(
+    for (u, v), beside, assignment, angle in zip(
         *(document[f"edges_{name}"] for name in ("vertices", "faces", "assignment", "foldAngle")), strict=True
     ):
-        assert (len(beside) == 1) == (letter == "B")
-        assert angle == {"V": 180, "M": -180}.get(letter, 0)
+        assert (len(beside) == 1) == (assignment == "B")
+        assert angle == {"V": 180, "M": -180}.get(assignment, 0)
         first = document["faces_vertices"][beside[0]]
         if len(beside) == 2:
             assert first[(first.index(u) + 1) % len(first)] == v
@@ -155,16 +155,20 @@ def test_standard_properties_alone_tell_the_folded_state(seed: int, folds: int, 
     if frames == "crease pattern" and paper.back_up(next(iter(paper.faces))):
         again = flip(again, "x")
     assert not stacking(again) & {(high, low) for low, high in stacking(paper)}
-    assert letters(again) == letters(paper)
+    assert assignments(again) == assignments(paper)
     if frames != "crease pattern":
-        for ours, theirs in zip(sorted(paper.positions), sorted(again.positions), strict=True):
-            assert again.positions[theirs] == pytest.approx(paper.positions[ours], abs=4 * TOLERANCE)
+        for ours, theirs in zip(
+            sorted(paper.folded_vertices_coords), sorted(again.folded_vertices_coords), strict=True
+        ):
+            assert again.folded_vertices_coords[theirs] == pytest.approx(
+                paper.folded_vertices_coords[ours], abs=4 * TOLERANCE
+            )
 
 
 def test_an_imported_fold_can_be_unfolded() -> None:
     again = read_fold(without_record(fold_document(fold(new_paper(), (4, 2), 1))))
     flat = unfold(again)
-    assert set(letters(flat)) == {"B", "F"}
+    assert set(assignments(flat)) == {"B", "F"}
 
 
 @pytest.mark.parametrize("convention", FaceOrders)
@@ -234,7 +238,7 @@ def test_faces_are_found_from_the_edges(path: Any) -> None:
     del document["faces_vertices"]
     found = read_crease_pattern(document)
     assert sorted(map(sorted, found.faces)) == sorted(map(sorted, given.faces))
-    assert found.letters == given.letters
+    assert found.edges_assignment == given.edges_assignment
 
 
 def test_unassigned_creases_stay_unassigned_and_the_boundary_is_recognised() -> None:
@@ -242,8 +246,10 @@ def test_unassigned_creases_stay_unassigned_and_the_boundary_is_recognised() -> 
     del document["edges_assignment"]
     del document["edges_foldAngle"]
     pattern = read_crease_pattern(document)
-    assert [letter == "B" for letter in pattern.letters] == [letter == "B" for letter in letters(quarter())]
-    assert set(pattern.letters) == {"B", "U"}
+    assert [assignment == "B" for assignment in pattern.edges_assignment] == [
+        assignment == "B" for assignment in assignments(quarter())
+    ]
+    assert set(pattern.edges_assignment) == {"B", "U"}
     with pytest.raises(ProgramError, match="unassigned creases"):
         read_fold(document)
 
@@ -259,7 +265,7 @@ def test_a_folded_form_alone_unfolds_to_its_crease_pattern() -> None:
     document = without_record(fold_document(paper))
     del document["file_frames"]
     pattern = read_crease_pattern(document)
-    assert pattern.letters == crease_pattern_of(paper).letters
+    assert pattern.edges_assignment == crease_pattern_of(paper).edges_assignment
     assert check_pattern(pattern).foldable
 
 
@@ -277,11 +283,11 @@ def test_a_foldable_pattern_is_folded_and_keeps_its_letters(name: str) -> None:
         (SHARED / "flatfold" / "patterns" / f"{name}.fold").read_text(encoding="utf-8")
     )
     paper = fold_flat(pattern)
-    names = sorted(paper.places)
-    ours = {frozenset(edge): letter for edge, letter in paper.edges()}
-    for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
+    names = sorted(paper.vertices_coords)
+    ours = {frozenset(edge): assignment for edge, assignment in paper.edges()}
+    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
         found = ours[frozenset((names[u], names[v]))]
-        assert found in ("M", "V") if letter == "U" else found == letter
+        assert found in ("M", "V") if assignment == "U" else found == assignment
 
 
 def test_a_twist_whose_layers_go_round_in_a_circle_has_no_stack() -> None:
@@ -293,7 +299,7 @@ def test_a_twist_whose_layers_go_round_in_a_circle_has_no_stack() -> None:
 def test_a_pattern_that_does_not_fold_is_refused_with_the_reason() -> None:
     document = crease_pattern_document(quarter())
     swap = {"M": "V", "V": "M"}
-    first = next(i for i, letter in enumerate(document["edges_assignment"]) if letter in swap)
+    first = next(i for i, assignment in enumerate(document["edges_assignment"]) if assignment in swap)
     document["edges_assignment"][first] = swap[document["edges_assignment"][first]]
     with pytest.raises(ProgramError, match="cannot be folded flat into a stack: Maekawa fails"):
         fold_flat(read_crease_pattern(document))
@@ -460,7 +466,7 @@ def test_face_orders_that_contradict_the_letters_are_refused() -> None:
 def test_layers_that_would_cross_are_refused_and_named() -> None:
     document = without_record(fold_document(quarter()))
     document["edges_assignment"] = [
-        "U" if letter in "MV" else letter for letter in document["edges_assignment"]
+        "U" if assignment in "MV" else assignment for assignment in document["edges_assignment"]
     ]
     assert stacking(read_fold(document)) == stacking(quarter())
     first, second, third, last = (list(quarter().faces).index(face) for face in quarter().order)
@@ -476,9 +482,9 @@ def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
     document = without_record(fold_document(paper))
     pattern = document["file_frames"][0]
     corners = [v for cycle in document["faces_vertices"] for v in cycle]
-    letter = {
-        frozenset(edge): letter
-        for edge, letter in zip(document["edges_vertices"], document["edges_assignment"], strict=True)
+    assignment = {
+        frozenset(edge): assignment
+        for edge, assignment in zip(document["edges_vertices"], document["edges_assignment"], strict=True)
     }
     apart = {"faces_vertices": [], "edges_vertices": [], "edges_assignment": []}
     for cycle in document["faces_vertices"]:
@@ -487,7 +493,7 @@ def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
         apart["faces_vertices"].append(own)
         apart["edges_vertices"] += [list(side) for side in zip(own, own[1:] + own[:1], strict=True)]
         apart["edges_assignment"] += [
-            letter[frozenset(side)] for side in zip(cycle, cycle[1:] + cycle[:1], strict=True)
+            assignment[frozenset(side)] for side in zip(cycle, cycle[1:] + cycle[:1], strict=True)
         ]
     soup = apart | {
         "frame_classes": ["foldedForm"],
@@ -498,8 +504,8 @@ def test_vertices_listed_more_than_once_are_taken_as_one() -> None:
         "file_frames": [{**pattern, "vertices_coords": [pattern["vertices_coords"][v] for v in corners]}],
     }
     again = read_fold(soup)
-    assert len(again.places) == len(paper.places)
-    assert sorted(letters(again)) == sorted(letters(paper))
+    assert len(again.vertices_coords) == len(paper.vertices_coords)
+    assert sorted(assignments(again)) == sorted(assignments(paper))
     assert stacking(again) == stacking(paper)
     assert check_pattern(read_crease_pattern(soup)).foldable
 
@@ -532,7 +538,7 @@ def test_edges_that_cross_or_end_on_others_are_cut_where_no_faces_are_given() ->
     }
     pattern = read_crease_pattern(loose)
     assert (len(pattern.vertices), len(pattern.edges), len(pattern.faces)) == (9, 12, 4)
-    assert sorted(pattern.letters) == ["B"] * 8 + ["U"] * 4
+    assert sorted(pattern.edges_assignment) == ["B"] * 8 + ["U"] * 4
     assert check_pattern(pattern).states == 8
 
 
@@ -559,7 +565,7 @@ def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_i
         "frame_classes": ["foldedForm"],
         "vertices_coords": [lies[v] for v in range(len(pattern.vertices))],
         "edges_vertices": pattern.edges,
-        "edges_assignment": pattern.letters,
+        "edges_assignment": pattern.edges_assignment,
         "faces_vertices": pattern.cycles,
         "faceOrders": [[high, low, 1] for low, high in report.lying],
     }

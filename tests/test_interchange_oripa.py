@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from folding_server.cli import main
 from folding_server.errors import ProgramError
+from folding_server.geometry.line import Point
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.fold_reading import fold_flat, read_crease_pattern
 from folding_server.interchange.oripa import oripa_text, read_oripa
 from folding_server.simulator.foldability import CreasePattern, check_pattern
-from folding_server.simulator.plane_geometry import Point
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import CAT, FIGURES, figure, random_paper, states
@@ -30,8 +30,8 @@ def drawn(pattern: CreasePattern, scale: float = 1.0, middle: Point = (0.0, 0.0)
         return round((x - middle[0]) * scale, 6) + 0.0, round((y - middle[1]) * scale, 6) + 0.0
 
     return {
-        (frozenset((place(u), place(v))), letter)
-        for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True)
+        (frozenset((place(u), place(v))), assignment)
+        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
     }
 
 
@@ -54,13 +54,13 @@ def test_y_runs_down_in_the_file_and_up_in_the_pattern() -> None:
         ]
     )
     pattern = read_oripa(SHEET + "3 -200 -100 200 -100\n")
-    assert {y for (x, y), letter in ends(pattern) if letter == "V"} == {100.0}
+    assert {y for (x, y), assignment in ends(pattern) if assignment == "V"} == {100.0}
 
 
 def ends(pattern: CreasePattern) -> list[tuple[Point, str]]:
     return [
-        (pattern.vertices[v], letter)
-        for edge, letter in zip(pattern.edges, pattern.letters, strict=True)
+        (pattern.vertices[v], assignment)
+        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
         for v in edge
     ]
 
@@ -69,7 +69,9 @@ def ends(pattern: CreasePattern) -> list[tuple[Point, str]]:
 def test_a_model_can_be_folded_from_its_lines(path: Path) -> None:
     paper = states(figure(path))[-1]
     folded = fold_flat(read_oripa(oripa_text(crease_pattern_of(paper))))
-    assert sorted(letter for _, letter in folded.edges()) == sorted(letter for _, letter in paper.edges())
+    assert sorted(assignment for _, assignment in folded.edges()) == sorted(
+        assignment for _, assignment in paper.edges()
+    )
     assert folded.sheet == pytest.approx((1.0, 1.0))
 
 
@@ -99,9 +101,13 @@ def test_lines_that_almost_touch_touch(shy: float) -> None:
 def test_a_line_is_one_however_often_it_is_drawn() -> None:
     twice = "2 -200 0 100 0\n2 -100 0 200 0\n4 -200 0 200 0\n2 200 0 -200 0\n1 -200 -200 0 -200\n"
     pattern = read_oripa(SHEET + twice)
-    folded = [edge for edge, letter in zip(pattern.edges, pattern.letters, strict=True) if letter == "M"]
+    folded = [
+        edge
+        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        if assignment == "M"
+    ]
     assert len(folded) == 3
-    assert "F" not in pattern.letters
+    assert "F" not in pattern.edges_assignment
     assert check_pattern(pattern).foldable
 
 
@@ -112,7 +118,7 @@ def test_a_mountain_on_a_valley_is_refused_and_where_is_said() -> None:
 
 def test_auxiliary_lines_are_marks_and_those_off_the_sheet_are_left_out() -> None:
     pattern = read_oripa(SHEET + "4 -200 50 200 50\n0 -200 60 200 60\n9 -300 -300 -250 300\n4 -400 0 400 0\n")
-    assert pattern.letters.count("F") == 3
+    assert pattern.edges_assignment.count("F") == 3
     assert max(abs(c) for vertex in pattern.vertices for c in vertex) == 200.0
     assert check_pattern(pattern).states == 1
 
@@ -149,7 +155,7 @@ def test_a_line_that_cannot_be_read_is_named(text: str, reason: str) -> None:
 def test_the_commands_read_and_write_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines, bad = tmp_path / "cat.cp", tmp_path / "bad.CP"
     assert exit_code("simulate", str(CAT), "--cp", str(lines)) == 0
-    assert read_oripa(lines.read_text(encoding="utf-8")).letters.count("B") > 4
+    assert read_oripa(lines.read_text(encoding="utf-8")).edges_assignment.count("B") > 4
     capsys.readouterr()
     assert exit_code("check", str(lines)) == 0
     assert "folds flat" in capsys.readouterr().out

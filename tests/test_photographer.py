@@ -13,7 +13,7 @@ from folding_schemas.actions import AddVertex, Flip, Fold, Program, Rotate, Unfo
 from folding_server.errors import FoldingError, PhotoError, ProgramError
 from folding_server.frames.sequences import load_sequence
 from folding_server.photographer import photograph
-from folding_server.photographer.colors import linear_color, to_linear
+from folding_server.photographer.color_spaces import linear_color, to_linear
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.replaying import keyframe_papers
@@ -183,7 +183,7 @@ def test_level_3_writes_the_imprecise_program_that_was_folded(tmp_path: Path) ->
     assert folded.steps != HALF.steps
     assert folded.sheet != (1.0, 1.0)
     assert list(paper.order) == last["order"]
-    for v, place in paper.positions.items():
+    for v, place in paper.folded_vertices_coords.items():
         assert last["vertices"][str(v)]["folded"] == pytest.approx(place, abs=2e-6)
 
 
@@ -265,7 +265,7 @@ def test_imprecise_folds_move_the_same_side_where_an_upright_line_leans() -> Non
     book = Program(name="book", steps=((*upright, Fold(edge=(5, 6), direction=-1)),))
     for seed in range(6):
         real = imprecise(book, seed, LEVELS[3])
-        moved = keyframe_papers(real)[-1].positions
+        moved = keyframe_papers(real)[-1].folded_vertices_coords
         assert real.steps != book.steps
         assert moved[1] == pytest.approx((1, 1), abs=0.05)
 
@@ -277,7 +277,10 @@ def test_imprecision_leaves_most_models_what_they_are() -> None:
     for program in programs:
         real = imprecise(program, 3, LEVELS[3])
         exact, found = keyframe_papers(program)[-1], keyframe_papers(real)[-1]
-        corners = [np.hypot(*np.subtract(exact.positions[v], found.positions[v])) for v in (1, 2, 3, 4)]
+        corners = [
+            np.hypot(*np.subtract(exact.folded_vertices_coords[v], found.folded_vertices_coords[v]))
+            for v in (1, 2, 3, 4)
+        ]
         assert max(corners) < 0.13, program.name
         changed += real != program
     assert changed >= 0.9 * len(programs)

@@ -10,17 +10,17 @@ import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.photographer import photograph
-from folding_server.photographer.camera import looking_down
-from folding_server.photographer.colors import linear_color, to_linear
-from folding_server.photographer.geometry import place
+from folding_server.photographer.color_spaces import linear_color, to_linear
+from folding_server.photographer.flap_rotation import FlapRotationView
 from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.moments import moments
 from folding_server.photographer.movements import Swing, movements
-from folding_server.photographer.scene import Drift
-from folding_server.photographer.swinging import SwingView
+from folding_server.photographer.photo_scene import Drift
+from folding_server.photographer.pinhole_camera import looking_down
+from folding_server.photographer.placement import place
 from folding_server.simulator import Paper, apply, replay
-from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver.swings import contradiction, watched
@@ -152,7 +152,7 @@ LIES = Drift(20.0, (0.0, 0.0)).folded_to_table((0.0, 0.0))
 def test_nothing_goes_through_the_table(step: int, angle: float) -> None:
     (found,) = movements(TURNS)[step]
     if isinstance(found, Swing):
-        view = SwingView(found, angle, CAMERA, LIES)
+        view = FlapRotationView(found, angle, CAMERA, LIES)
         heights = np.vstack([view.in_space(face) for face in found.paper.faces])[:, 2]
         assert heights.min() >= -1e-9
         assert heights.max() <= 1.5
@@ -163,7 +163,7 @@ def test_a_swing_starts_and_ends_with_the_paper_that_lies_there(step: int) -> No
     (found,) = movements(TURNS)[step]
     assert isinstance(found, Swing)
     for angle, paper in ((180.0, found.paper), (0.0, found.before)):
-        swings, flat = SwingView(found, angle, CAMERA, LIES), place(paper, CAMERA, LIES)
+        swings, flat = FlapRotationView(found, angle, CAMERA, LIES), place(paper, CAMERA, LIES)
         for face in paper.faces.keys() & found.paper.faces.keys():
             if paper.faces[face] == found.paper.faces[face]:
                 assert swings.outline(face) == pytest.approx(flat.outline(face), abs=0.6)

@@ -27,7 +27,7 @@ def look(paper: Paper) -> set[tuple[object, ...]]:
     for face in paper.faces:
         x, y = np.round(np.array(paper.polygon(face)).mean(axis=0), 3)
         faces.add((x, y, paper.rank[face], paper.back_up(face)))
-    places = {v: (round(x, 3), round(y, 3)) for v, (x, y) in paper.positions.items()}
+    places = {v: (round(x, 3), round(y, 3)) for v, (x, y) in paper.folded_vertices_coords.items()}
     edges: set[tuple[object, ...]] = {tuple(sorted((places[u], places[v]))) for u, v in paper.edge_faces}
     return faces | edges
 
@@ -71,7 +71,7 @@ def test_every_example_is_a_small_sequence_whose_truth_is_its_program(folder: Pa
     assert sequence.frame_count == len(papers) == len(truth["frames"])
     for paper, frame in zip(papers, truth["frames"], strict=True):
         assert list(paper.order) == frame["order"]
-        for v, (x, y) in paper.positions.items():
+        for v, (x, y) in paper.folded_vertices_coords.items():
             assert frame["vertices"][str(v)]["folded"] == pytest.approx((x, y), abs=2e-6)
 
 

@@ -55,8 +55,8 @@ def test_a_package_imports_only_what_it_may(package: str) -> None:
         "import folding_server",
         "import folding_server.simulator.paper as paper",
         "from folding_server import app",
-        "def late():\n    from folding_server.app import FoldingServer",
-        "import importlib\nimportlib.import_module('folding_server.app')",
+        "def late():\n    from folding_server.mcp.server import FoldingServer",
+        "import importlib\nimportlib.import_module('folding_server.mcp.server')",
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import folding_server",
     ],
 )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from contract.tool_contract import Contract, Schema, breaking, committed, compatible, current
-from folding_server.tools.catalogue import tools
+from folding_server.mcp.catalogue import tools
 from paths import ROOT
 
 

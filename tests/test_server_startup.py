@@ -12,11 +12,11 @@ SERVE_AND_FOLD = """
 import asyncio, sys
 from pathlib import Path
 from mcp import Client
-from folding_server.app import FoldingServer
-from folding_server.tools.desk import Desk, Settings
+from folding_server.mcp.server import FoldingServer
+from folding_server.mcp.context import AppContext, ServerSettings
 
 async def main(data, calls):
-    with Desk(Settings(Path(data))) as desk:
+    with AppContext(ServerSettings(Path(data))) as desk:
         async with Client(FoldingServer(desk)) as client:
             await client.list_tools()
             for tool, arguments in calls:

@@ -28,7 +28,7 @@ def crease_across(
     """Add a vertex on each of two edges and fold through them."""
     for edge, position in (first, second):
         paper = add_vertex(paper, edge, position)
-    newest = max(paper.places)
+    newest = max(paper.vertices_coords)
     return fold(paper, (newest - 1, newest), direction)
 
 
@@ -39,7 +39,7 @@ def half_folded() -> Paper:
 
 def test_a_fold_turns_one_side_over_on_top() -> None:
     paper = half_folded()
-    assert paper.positions[3] == pytest.approx((1.0, 1.0))
+    assert paper.folded_vertices_coords[3] == pytest.approx((1.0, 1.0))
     assert [paper.back_up(face) for face in paper.order] == [False, True]
     assert {letter for _, letter in paper.edges()} == {"B", "V"}
 
@@ -51,13 +51,13 @@ def test_letters_belong_to_the_sheet_so_a_flip_keeps_them() -> None:
 
 def test_a_positive_rotation_is_clockwise_about_the_mean_of_the_vertices() -> None:
     paper = rotate(new_paper(), 90)
-    assert paper.positions[1] == pytest.approx((1.0, 1.0))
+    assert paper.folded_vertices_coords[1] == pytest.approx((1.0, 1.0))
 
 
 def test_unfold_leaves_a_flat_crease_where_the_fold_was() -> None:
     paper = unfold(half_folded())
     assert dict(paper.edges())[(5, 6)] == "F"
-    assert paper.positions[3] == pytest.approx((1.0, 0.0))
+    assert paper.folded_vertices_coords[3] == pytest.approx((1.0, 0.0))
 
 
 def test_an_older_fold_unfolds_while_a_newer_one_stays() -> None:
@@ -100,14 +100,17 @@ def test_a_flap_whose_tip_was_folded_since_swings_back_with_its_tip() -> None:
 
 def test_a_fold_along_an_existing_mark_makes_no_new_vertex() -> None:
     marked = unfold(half_folded())
-    assert set(fold(marked, (5, 6), 1).places) == set(marked.places)
+    assert set(fold(marked, (5, 6), 1).vertices_coords) == set(marked.vertices_coords)
 
 
 def test_a_fold_along_a_folded_crease_lays_the_flap_back_and_leaves_a_mark() -> None:
     half = half_folded()
     back = fold(half, (5, 6), 1)
     assert dict(back.edges())[(5, 6)] == "F"
-    assert all(back.positions[v] == pytest.approx(place) for v, place in unfold(half).positions.items())
+    assert all(
+        back.folded_vertices_coords[v] == pytest.approx(place)
+        for v, place in unfold(half).folded_vertices_coords.items()
+    )
     assert set(back.faces) == set(half.faces)
     with pytest.raises(ActionRefused, match="Nothing is folded"):
         unfold(back)
@@ -122,7 +125,7 @@ def test_a_fold_along_a_crease_under_a_flap_takes_the_flap_along() -> None:
     assert violations(back) == []
     assert dict(back.edges())[(5, 6)] == "F"
     assert back.is_folded((7, 8))
-    assert back.positions[3] == pytest.approx((1.0, 0.4))
+    assert back.folded_vertices_coords[3] == pytest.approx((1.0, 0.4))
 
 
 def test_a_fold_through_several_planes_creases_them_all() -> None:
@@ -135,7 +138,7 @@ def test_only_the_top_flap_moves_when_the_fold_is_named_on_it() -> None:
     half = half_folded()
     flap = crease_across(half, ((3, 6), 0.5), ((4, 5), 0.5), 1)
     assert len(flap.faces) == 3
-    assert flap.positions[1] == pytest.approx((0.0, 1.0))
+    assert flap.folded_vertices_coords[1] == pytest.approx((0.0, 1.0))
 
 
 def test_two_vertices_of_different_layers_at_one_place_give_no_line() -> None:
@@ -198,9 +201,9 @@ def test_impossible_actions_are_refused_in_one_sentence(act, words: str) -> None
 def test_a_rectangle_folds_like_a_square() -> None:
     paper = new_paper((2.0, 1.0))
     paper = crease_across(paper, ((1, 2), 0.5), ((4, 3), 0.5), 1)
-    assert paper.positions[2] == pytest.approx((0.0, 1.0))
+    assert paper.folded_vertices_coords[2] == pytest.approx((0.0, 1.0))
     assert violations(paper) == []
-    assert flip(paper, "x").positions[1] == pytest.approx((2.0, 1.0))
+    assert flip(paper, "x").folded_vertices_coords[1] == pytest.approx((2.0, 1.0))
 
 
 def test_the_state_for_models_has_six_decimals_and_string_keys() -> None:

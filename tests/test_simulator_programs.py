@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from folding_schemas.actions import Action, Program
+from folding_server.geometry.line import Point
 from folding_server.simulator import Paper, apply, new_paper, overlapping_pairs
-from folding_server.simulator.plane_geometry import Point
 from paths import SHARED
 from pydantic import TypeAdapter
 
@@ -20,7 +20,7 @@ KINDS = {"B": "boundary", "F": "flat", "M": "folded", "V": "folded"}
 
 def vertex_at(paper: Paper, place: list[float]) -> int:
     """The vertex nearest to a place on the sheet."""
-    return min(paper.places, key=lambda v: dist(paper.places[v], place))
+    return min(paper.vertices_coords, key=lambda v: dist(paper.vertices_coords[v], place))
 
 
 def replay_recorded(actions: list[dict[str, object]]) -> Paper:
@@ -51,10 +51,10 @@ def test_figure_programs_run_verbatim_and_make_the_printed_vertices(path: Path) 
     program = Program(steps=figure["steps"])
     paper = new_paper()
     for step, expected in zip(program.steps, figure["new_vertices"], strict=True):
-        before = set(paper.places)
+        before = set(paper.vertices_coords)
         for action in step:
             paper = apply(paper, action)
-        assert sorted(set(paper.places) - before) == expected
+        assert sorted(set(paper.vertices_coords) - before) == expected
 
 
 @pytest.mark.parametrize("path", RECORDED, ids=lambda p: p.stem)
@@ -62,11 +62,11 @@ def test_published_results_reproduce_their_final_state(path: Path) -> None:
     recorded = json.loads(path.read_text())
     final, paper = recorded["final"], replay_recorded(recorded["actions"])
 
-    assert len(paper.places) == len(final["vertices"])
+    assert len(paper.vertices_coords) == len(final["vertices"])
     for vertex in final["vertices"]:
         v = vertex_at(paper, vertex["sheet"])
-        assert dist(paper.places[v], vertex["sheet"]) < ROUNDING
-        assert dist(paper.positions[v], vertex["folded"]) < ROUNDING
+        assert dist(paper.vertices_coords[v], vertex["sheet"]) < ROUNDING
+        assert dist(paper.folded_vertices_coords[v], vertex["folded"]) < ROUNDING
 
     edges = {
         tuple(sorted(vertex_at(paper, end) for end in edge["sheet"])): edge["kind"] for edge in final["edges"]

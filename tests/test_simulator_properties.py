@@ -7,6 +7,7 @@ import pytest
 import shapely
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
 from folding_server.errors import ActionRefused
+from folding_server.geometry.line import Point
 from folding_server.simulator import (
     Paper,
     add_vertex,
@@ -20,7 +21,6 @@ from folding_server.simulator import (
     rotate,
     unfold,
 )
-from folding_server.simulator.plane_geometry import Point
 from folding_server.simulator.validity import violations
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -40,7 +40,7 @@ def programs(draw: st.DrawFn, folds: int = 4, sheet: Point = (1.0, 1.0)) -> list
             paper = apply(paper, action)
         cycle = paper.faces[draw(st.sampled_from(sorted(paper.faces)))]
         i, j = draw(st.lists(st.integers(0, len(cycle) - 1), min_size=2, max_size=2, unique=True))
-        new = max(paper.places)
+        new = max(paper.vertices_coords)
         steps = [
             AddVertex(edge=(cycle[i - 1], cycle[i]), position=draw(FRACTIONS)),
             AddVertex(edge=(cycle[j - 1], cycle[j]), position=draw(FRACTIONS)),
@@ -57,8 +57,9 @@ def programs(draw: st.DrawFn, folds: int = 4, sheet: Point = (1.0, 1.0)) -> list
 
 def same_places(one: Paper, other: Paper) -> bool:
     """Whether two papers lie in the same place, to rounding."""
-    return one.positions.keys() == other.positions.keys() and all(
-        p == pytest.approx(other.positions[v], abs=1e-9) for v, p in one.positions.items()
+    return one.folded_vertices_coords.keys() == other.folded_vertices_coords.keys() and all(
+        p == pytest.approx(other.folded_vertices_coords[v], abs=1e-9)
+        for v, p in one.folded_vertices_coords.items()
     )
 
 
@@ -96,7 +97,10 @@ def test_a_rectangle_folds_flips_and_opens_like_a_square(drawn):
     assert same_places(flip(flip(paper, "x"), "x"), paper)
     last = max(k for k, action in enumerate(actions) if isinstance(action, Fold))
     before, opened = replay(actions[:last], sheet), unfold(replay(actions[: last + 1], sheet))
-    assert all(opened.positions[v] == pytest.approx(place, abs=1e-9) for v, place in before.positions.items())
+    assert all(
+        opened.folded_vertices_coords[v] == pytest.approx(place, abs=1e-9)
+        for v, place in before.folded_vertices_coords.items()
+    )
 
 
 @settings(max_examples=60, deadline=None)
@@ -106,7 +110,10 @@ def test_unfold_undoes_the_fold_before_it_and_leaves_flat_marks(actions):
     before, folded = replay(actions[:last]), replay(actions[: last + 1])
     after = unfold(folded)
     assert violations(after) == []
-    assert all(after.positions[v] == pytest.approx(p, abs=1e-9) for v, p in before.positions.items())
+    assert all(
+        after.folded_vertices_coords[v] == pytest.approx(p, abs=1e-9)
+        for v, p in before.folded_vertices_coords.items()
+    )
     whole = {face: part_of(before, after, face) for face in after.faces}
     assert all(after.back_up(face) == before.back_up(whole[face]) for face in after.faces)
     assert all(before.rank[whole[low]] < before.rank[whole[high]] for low, high in overlapping_pairs(after))
@@ -127,7 +134,11 @@ def part_of(before: Paper, after: Paper, face: int) -> int:
 def test_flipping_twice_is_nothing(actions, axis):
     paper = replay(actions)
     twice = flip(flip(paper, axis), axis)
-    assert (twice.order, twice.faces, twice.places) == (paper.order, paper.faces, paper.places)
+    assert (twice.order, twice.faces, twice.vertices_coords) == (
+        paper.order,
+        paper.faces,
+        paper.vertices_coords,
+    )
     assert same_places(twice, paper)
 
 
@@ -136,7 +147,7 @@ def test_flipping_twice_is_nothing(actions, axis):
 def test_turning_there_and_back_is_nothing(actions, angle):
     paper = replay(actions)
     back = rotate(rotate(paper, angle), -angle)
-    assert (back.order, back.faces, back.places) == (paper.order, paper.faces, paper.places)
+    assert (back.order, back.faces, back.vertices_coords) == (paper.order, paper.faces, paper.vertices_coords)
     assert same_places(back, paper)
 
 
@@ -174,7 +185,7 @@ def with_marks(size: float) -> Paper:
     """A sheet with two marks near each corner, on the sides that meet there: 5..12."""
     paper = new_paper()
     for u, v in ((1, 2), (2, 3), (3, 4), (4, 1)):
-        near = max(paper.places) + 1
+        near = max(paper.vertices_coords) + 1
         paper = add_vertex(paper, (u, v), size)
         paper = add_vertex(paper, (near, v), (1 - 2 * size) / (1 - size))
     return paper

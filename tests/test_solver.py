@@ -9,8 +9,9 @@ from random import Random
 import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 from folding_server.errors import ActionRefused
+from folding_server.geometry.isometry import IDENTITY
+from folding_server.geometry.line import Line
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.simulator.plane_geometry import IDENTITY, Line
 from folding_server.vision.fitting.scene import stack_of
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.leaves import AT, Leaves
@@ -133,7 +134,7 @@ def test_a_sheet_that_lies_at_quite_another_angle_is_located() -> None:
     paper = replay((*DIAGONAL, AddVertex(edge=(4, 1), position=0.3), Fold(edge=(5, 2), direction=1)))
     turned = Spoiling(degrees=105.0)
     motion = locate(paper, views(paper, turned).coarse).motion
-    for place in paper.positions.values():
+    for place in paper.folded_vertices_coords.values():
         assert motion(place) == pytest.approx(turned.motion(place), abs=0.01)
 
 
@@ -145,7 +146,7 @@ def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone
         truth = apply(truth, action)
     ears, head = {5, 6, 7, 8}, {1, 2, 3, 4}
     for gap in (0.0, 0.0004, 0.0008):
-        line = Line(0.0, 1.0, truth.positions[10][1] - gap)
+        line = Line(0.0, 1.0, truth.folded_vertices_coords[10][1] - gap)
         (moving,) = (m for m in Leaves(cat).moving_sets(line) if m.faces == head)
         ((_, folded),) = realise(cat, moving, exact=False)
         assert turned_by(cat, folded) == head
@@ -166,10 +167,10 @@ def test_the_side_meant_moves_however_little_a_line_leans_from_the_vertical(tilt
 @pytest.mark.parametrize("height", [0.01, 0.012, 0.02, 0.4])
 def test_the_tip_of_a_corner_is_folded_however_short_the_crease(height: float) -> None:
     paper = replay([Rotate(angle=45)])
-    top = max(y for _, y in paper.positions.values())
+    top = max(y for _, y in paper.folded_vertices_coords.values())
     (moving,) = Leaves(paper).moving_sets(Line(0.0, 1.0, top - height))
     ((_, folded),) = realise(paper, moving, exact=True)
-    assert max(y for _, y in folded.positions.values()) == pytest.approx(top - height)
+    assert max(y for _, y in folded.folded_vertices_coords.values()) == pytest.approx(top - height)
 
 
 @pytest.mark.parametrize(
@@ -213,7 +214,7 @@ def random_paper(random: Random, folds: int) -> Paper:
     paper = new_paper()
     for _ in range(folds):
         (a, b), (c, d) = random.sample(sorted(paper.edge_faces), 2)
-        fresh = max(paper.places) + 1
+        fresh = max(paper.vertices_coords) + 1
         try:
             marked = apply(
                 apply(paper, AddVertex(edge=(a, b), position=0.4)), AddVertex(edge=(c, d), position=0.7)
@@ -264,7 +265,7 @@ def test_a_line_the_photo_cannot_tell_from_a_landmark_is_the_landmark() -> None:
 def test_the_sheet_is_located_where_it_drifted_to() -> None:
     paper = replay(DIAGONAL)
     motion = locate(paper, views(paper, DRIFTED).coarse).motion
-    for place in paper.positions.values():
+    for place in paper.folded_vertices_coords.values():
         expected = DRIFTED.motion(place)
         assert motion(place) == pytest.approx(expected, abs=0.01)
 

@@ -2,8 +2,8 @@
 
 import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate, Unfold
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.plan import Plan
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from folding_schemas.actions import Action, AddVertex, Fold
+from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import Paper, apply, replay
-from folding_server.simulator.movement import origins
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
+from folding_server.simulator.state_diff import origins
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.solver.differences import Differences

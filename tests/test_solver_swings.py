@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from films import film, halves
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, flip, fold, new_paper, rotate, unfold
-from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose

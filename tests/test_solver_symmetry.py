@@ -62,7 +62,7 @@ def test_most_points_need_partners() -> None:
 
 def test_where_one_side_was_folded_the_same_on_the_other_is_a_landmark() -> None:
     paper = replay(ONE_SIDE)
-    (ux, uy), (vx, vy) = (paper.positions[v] for v in (5, 6))
+    (ux, uy), (vx, vy) = (paper.folded_vertices_coords[v] for v in (5, 6))
     length = np.hypot(vx - ux, vy - uy)
     nx, ny = -(vy - uy) / length, (vx - ux) / length
     crease = np.array([(nx, ny, nx * ux + ny * uy)])

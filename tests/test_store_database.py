@@ -14,7 +14,7 @@ import pytest
 from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
 from folding_server.store.database import DATABASE_NAME, database_url
-from folding_server.store.runs import RunStore
+from folding_server.store.run_store import RunStore
 from sqlalchemy import event
 from sqlalchemy.exc import IntegrityError
 
@@ -22,7 +22,7 @@ ACTING_CHILD = """
 import sys
 from pathlib import Path
 from folding_schemas.actions import Rotate
-from folding_server.store.runs import RunStore
+from folding_server.store.run_store import RunStore
 
 with RunStore.in_folder(Path(sys.argv[1])) as store:
     run_id = sys.argv[2] if len(sys.argv) > 2 else store.create().run_id

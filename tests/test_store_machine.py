@@ -6,7 +6,7 @@ import hypothesis.strategies as st
 import pytest
 from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
-from folding_server.store.runs import RunStore
+from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView, fold_events
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule

@@ -6,7 +6,7 @@ import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
 from folding_server.errors import RunError
 from folding_server.store import rules
-from folding_server.store.runs import RunStore
+from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView
 
 TURN, FLIP, FOLD = Rotate(angle=30), Flip(axis="x"), Fold(edge=(1, 3), direction=1)

@@ -3,9 +3,9 @@
 import pytest
 from folding_schemas.actions import Action, AddVertex, Fold, Rotate
 from folding_server.errors import ActionRefused
+from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.simulator import folded_state, new_paper, replay
-from folding_server.tools.changes import change
-from folding_server.tools.papers import Papers
+from folding_server.simulator.state_diff import change
 
 SQUARE = (1.0, 1.0)
 ACTIONS: tuple[Action, ...] = (
@@ -17,31 +17,31 @@ ACTIONS: tuple[Action, ...] = (
 
 
 def test_a_cached_paper_is_the_paper_that_a_replay_makes() -> None:
-    papers = Papers()
+    papers = ReplayCache()
     for end in range(len(ACTIONS) + 1):
         assert folded_state(papers.after(SQUARE, ACTIONS[:end])) == folded_state(replay(ACTIONS[:end]))
 
 
 def test_an_action_more_costs_one_step_and_not_a_replay() -> None:
-    papers = Papers()
+    papers = ReplayCache()
     before = papers.after(SQUARE, ACTIONS[:3])
     papers.after(SQUARE, ACTIONS)
     assert papers.after(SQUARE, ACTIONS[:3]) is before
 
 
 def test_papers_that_were_dropped_are_made_again() -> None:
-    papers = Papers(size=1)
+    papers = ReplayCache(size=1)
     papers.after(SQUARE, ACTIONS)
     assert folded_state(papers.after(SQUARE, ACTIONS[:2])) == folded_state(replay(ACTIONS[:2]))
 
 
 def test_sheets_of_other_sizes_are_kept_apart() -> None:
-    papers = Papers()
+    papers = ReplayCache()
     assert papers.after(SQUARE, ACTIONS).sheet != papers.after((2.0, 1.0), ACTIONS).sheet
 
 
 def test_a_refused_action_leaves_nothing_behind() -> None:
-    papers = Papers()
+    papers = ReplayCache()
     impossible = (*ACTIONS, Fold(edge=(1, 99), direction=1))
     for _ in range(2):
         with pytest.raises(ActionRefused):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 from folding_schemas.actions import Program
+from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.programs import load_recorded, resolved
 from folding_server.simulator import (
     Paper,
@@ -24,7 +25,6 @@ from folding_server.simulator import (
     validity,
 )
 from folding_server.simulator.foldability import check_paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.simulator.validity import violations
 from folding_server.simulator.validity.contacts import common_stretch, meet_across
 from paths import SHARED
@@ -123,7 +123,7 @@ def test_an_unknown_vertex_is_a_broken_record():
 
 def test_a_vertex_on_no_face_is_a_broken_record():
     paper = new_paper()
-    assert kinds(replace(paper, places={**paper.places, 5: (0.5, 0.5)})) == {"record"}
+    assert kinds(replace(paper, vertices_coords={**paper.vertices_coords, 5: (0.5, 0.5)})) == {"record"}
 
 
 def test_a_stretched_face_is_no_isometry():
@@ -135,20 +135,20 @@ def test_a_stretched_face_is_no_isometry():
 
 def test_a_corner_pulled_off_the_sheet_is_named_by_its_edges():
     paper = new_paper()
-    found = violations(replace(paper, places={**paper.places, 2: (1.1, 1.0)}))
+    found = violations(replace(paper, vertices_coords={**paper.vertices_coords, 2: (1.1, 1.0)}))
     assert {v.kind for v in found} == {"area", "tiling"}
     assert {(1, 2), (2, 3)} & {edge for v in found for edge in v.edges}
 
 
 def test_a_dented_face_is_not_convex():
     paper = add_vertex(new_paper(), (1, 2), 0.5)
-    dented = replace(paper, places={**paper.places, 5: (0.5, 0.9)})
+    dented = replace(paper, vertices_coords={**paper.vertices_coords, 5: (0.5, 0.9)})
     assert any("convex" in v.detail for v in violations(dented))
 
 
 def test_edges_that_cross_are_not_planar():
     paper = quarter()
-    moved = replace(paper, places={**paper.places, 8: (1.3, 0.5)})
+    moved = replace(paper, vertices_coords={**paper.vertices_coords, 8: (1.3, 0.5)})
     assert "planar" in kinds(moved)
 
 
@@ -166,8 +166,8 @@ def test_a_face_torn_off_disagrees_on_its_vertices():
 
 def test_a_wrong_letter_breaks_parity_only_if_it_hides_a_fold():
     class Mislabelled(Paper):
-        def letter(self, edge):
-            return {"V": wrong}.get(super().letter(edge), super().letter(edge))
+        def edge_assignment(self, edge):
+            return {"V": wrong}.get(super().edge_assignment(edge), super().edge_assignment(edge))
 
     paper = Mislabelled(**{name: getattr(book(), name) for name in Paper.__dataclass_fields__})
     wrong = "M"
@@ -185,7 +185,7 @@ def test_of_24_stacks_of_a_quartered_sheet_the_eight_possible_ones_pass():
 
 def test_a_vertex_off_its_place_breaks_kawasaki():
     paper = quarter()
-    assert "Kawasaki" in kinds(replace(paper, places={**paper.places, 8: (0.55, 0.6)}))
+    assert "Kawasaki" in kinds(replace(paper, vertices_coords={**paper.vertices_coords, 8: (0.55, 0.6)}))
 
 
 def test_a_long_panel_inside_a_fold_it_reaches_out_of_crosses_it():

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
-from folding_server.frames.differences import difference, soften, solid_area
+from folding_server.frames.image_differences import difference, soften, solid_area
 from folding_server.frames.keyframes import propose_keyframes
 from folding_server.frames.sequence_writer import Paper, keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import add_vertex, fold, new_paper, unfold
-from folding_server.simulator.plane_geometry import IDENTITY
 from folding_server.vision.borders import changes, visible_borders
 from folding_server.vision.grid import grid_over
 
@@ -65,7 +65,7 @@ def test_a_crease_over_the_end_of_layers_below_shows_like_a_border() -> None:
         paper = add_vertex(paper, edge, part)
     creased = unfold(fold(paper, (5, 6), -1))
     folded = fold(fold(creased, (7, 8), -1), (9, 10), 1)
-    assert min(y for _, y in folded.positions.values()) == pytest.approx(0.2)
+    assert min(y for _, y in folded.folded_vertices_coords.values()) == pytest.approx(0.2)
     borders = visible_borders(folded, GRID, IDENTITY)
     low, high = rows(borders.layers)
     assert 0.38 < low < 0.41

@@ -4,9 +4,9 @@ from math import degrees, hypot
 
 import numpy as np
 import pytest
+from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import add_vertex, fold, rotate
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.discrepancies import discrepancies

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from folding_server.photographer.colors import to_srgb
+from folding_server.photographer.color_spaces import to_srgb
 from folding_server.vision.appearance import Look
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACKGROUND, FRONT

@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 import pytest
+from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.outline import Outline
 from folding_server.vision.seeing import see_sequence
 from shapely import LineString, Polygon, unary_union

@@ -6,8 +6,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from folding_server.geometry.convex import area, clip
+from folding_server.geometry.isometry import Isometry, turn
+from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import new_paper
-from folding_server.simulator.plane_geometry import Isometry, Line, Point, area, clip, turn
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels, draw_paper, draw_touched, draw_values

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
+from folding_server.geometry.isometry import turn
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.plane_geometry import turn
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels, draw_paper

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
+from folding_server.geometry.isometry import turn
 from folding_server.simulator import flip, fold
 from folding_server.simulator.paper import new_paper
-from folding_server.simulator.plane_geometry import turn
 from folding_server.vision.pose import pose_of
 from folding_server.vision.square import find_square, squareness
 from paths import SHARED

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from folding_server.errors import PhotoError
-from folding_server.photographer.colors import floats, to_linear, to_srgb
+from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.photographer.color_spaces import floats, to_linear, to_srgb
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry
 from folding_server.vision.grid import Grid
 from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper

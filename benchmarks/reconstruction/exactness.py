@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist, hypot
 
+from folding_server.geometry.line import Point, between, line_through
 from folding_server.simulator import Paper, overlapping_pairs
-from folding_server.simulator.plane_geometry import Point, between, line_through
 from shapely.geometry import Polygon
 from shapely.ops import polylabel
 from sheet import QUARTERS, Segment, gap, turned
@@ -58,18 +58,18 @@ def kind(letter: str) -> str:
 
 
 def _under(truth: Paper, found: Paper, quarters: int, tolerance: float) -> Exactness:
-    places = list(found.places.values())
+    places = list(found.vertices_coords.values())
     farthest = max(min(dist(turned(p, quarters), q) for q in places) for p in _shown(truth))
     return Exactness(farthest, _creases(truth, found, quarters, tolerance), _order(truth, found, quarters))
 
 
 def _shown(paper: Paper) -> list[Point]:
     """The places of the vertices that a photo can show: all but marks on an edge that runs straight through them."""
-    beside: dict[int, list[Point]] = {v: [] for v in paper.places}
+    beside: dict[int, list[Point]] = {v: [] for v in paper.vertices_coords}
     for u, v in paper.edge_faces:
-        beside[u].append(paper.places[v])
-        beside[v].append(paper.places[u])
-    return [p for v, p in paper.places.items() if not _straight_through(p, beside[v])]
+        beside[u].append(paper.vertices_coords[v])
+        beside[v].append(paper.vertices_coords[u])
+    return [p for v, p in paper.vertices_coords.items() if not _straight_through(p, beside[v])]
 
 
 def _straight_through(place: Point, others: Sequence[Point]) -> bool:
@@ -99,7 +99,7 @@ def _creases(truth: Paper, found: Paper, quarters: int, tolerance: float) -> flo
 
 def _lines(paper: Paper, quarters: int) -> list[tuple[Segment, str]]:
     """All edges on the turned sheet with their kinds."""
-    places = {v: turned(p, quarters) for v, p in paper.places.items()}
+    places = {v: turned(p, quarters) for v, p in paper.vertices_coords.items()}
     return [((places[u], places[v]), kind(letter)) for (u, v), letter in paper.edges()]
 
 

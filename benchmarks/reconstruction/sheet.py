@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 from math import dist, hypot
 
+from folding_server.geometry.line import Point, between
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Point, between
 
 Segment = tuple[Point, Point]
 QUARTERS = range(4)
@@ -32,7 +32,7 @@ def gap(point: Point, segment: Segment) -> float:
 def folded_between(before: Paper, after: Paper) -> list[Segment]:
     """What the folds of a transition creased: the parts of their creases on each layer, on the sheet."""
     return [
-        (after.places[u], after.places[v])
+        (after.vertices_coords[u], after.vertices_coords[v])
         for (u, v), crease in sorted(after.creases.items())
         if crease.fold > before.folds and after.is_folded((u, v))
     ]

@@ -2,8 +2,9 @@
 
 import numpy as np
 import numpy.typing as npt
+from folding_server.geometry.isometry import Isometry, turn
+from folding_server.geometry.line import Point
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point, turn
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import is_paper
 from folding_server.vision.raster import draw_paper
@@ -53,7 +54,7 @@ def _shifted(motion: Isometry, x: float, y: float) -> Isometry:
 
 
 def _grid_around(paper: Paper) -> Grid:
-    points = np.array(list(paper.positions.values()))
+    points = np.array(list(paper.folded_vertices_coords.values()))
     (left, bottom), (right, top) = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     return grid_over(PIXELS_PER_UNIT, (float(left), float(bottom), float(right), float(top)))
 

@@ -3,30 +3,30 @@
 from dataclasses import dataclass
 from functools import partial
 
-from folding_client.agent.loop import Agent, Habits
-from folding_client.agent.offer import PROPOSING
-from folding_client.agent.savings import Kept
-from folding_client.agent.solver import Solver
+from folding_client.agent.context_compaction import ContextPolicy
+from folding_client.agent.loop import Agent, AgentSettings
+from folding_client.agent.tool_selection import PROPOSING
 from folding_client.agent.toolbox import Toolbox
-from folding_client.critic import Critic, GeometricCritic, ModelCritic
-from folding_client.models.base import Model
 from folding_client.models.choose import continued, make_model
-from folding_client.overview import GeometricOverview, ModelOverview, OverviewCritic
+from folding_client.models.model import Model
 from folding_client.progress import Progress
-from folding_client.record.events import read_events
+from folding_client.protocol.server_client import ServerClient
+from folding_client.record.event_log import read_events
 from folding_client.record.recorder import Recorder
-from folding_client.selector import GeometricSelector, ModelSelector, Selector
-from folding_client.server import FoldingServer
+from folding_client.roles.critic import Critic, GeometricCritic, ModelCritic
+from folding_client.roles.overview import GeometricOverview, ModelOverview, OverviewCritic
+from folding_client.roles.role_client import RoleClient
+from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
+from folding_client.search.hybrid import HybridSolver
 from folding_client.settings import Role, Settings
 from folding_client.variants.few_shot import solved_examples
 from folding_client.variants.vlm_cp import PatternPerStep
 from folding_client.variants.vlm_s import PlanPerStep
 from folding_client.variants.worker import Worker
-from folding_client.voice import Voice
 
 
 @dataclass(frozen=True)
-class Cast:
+class RoleModels:
     """The models of a run by role; None where geometry does the work without a model."""
 
     agent: Model
@@ -35,11 +35,11 @@ class Cast:
     selector: Model | None
 
 
-def make_cast(settings: Settings, recorder: Recorder) -> Cast:
+def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
     """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown
     id.
     """
-    return Cast(
+    return RoleModels(
         _made("agent", settings, recorder),
         _asked("critic", settings, recorder),
         _asked("overview", settings, recorder),
@@ -63,67 +63,71 @@ def _note_retry(recorder: Recorder, role: Role, reason: str, seconds: float) -> 
     recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
-def make_critic(cast: Cast, server: FoldingServer, recorder: Recorder) -> Critic:
+def make_critic(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Critic:
     """The critic of a cast."""
-    return ModelCritic(Voice("critic", cast.critic, recorder)) if cast.critic else GeometricCritic(server)
+    return (
+        ModelCritic(RoleClient("critic", role_models.critic, recorder))
+        if role_models.critic
+        else GeometricCritic(server)
+    )
 
 
-def make_selector(cast: Cast, server: FoldingServer, recorder: Recorder) -> Selector:
+def make_selector(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Selector:
     """The selector of a cast."""
     return (
-        ModelSelector(Voice("selector", cast.selector, recorder), server)
-        if cast.selector
+        ModelSelector(RoleClient("selector", role_models.selector, recorder), server)
+        if role_models.selector
         else GeometricSelector(server)
     )
 
 
 def make_worker(
-    cast: Cast,
+    role_models: RoleModels,
     settings: Settings,
-    server: FoldingServer,
+    server: ServerClient,
     recorder: Recorder,
     progress: Progress,
     colors: tuple[str, str],
 ) -> Worker:
     """What the settings' variant names, on a server whose run is open."""
-    voice = Voice("agent", cast.agent, recorder, settings.max_queries)
+    role_client = RoleClient("agent", role_models.agent, recorder, settings.max_queries)
     examples = solved_examples(settings.variant) if settings.few_shot else ()
     match settings.variant:
         case "agent":
-            return _agent(cast, settings, server, recorder, progress, colors)
+            return _agent(role_models, settings, server, recorder, progress, colors)
         case "vlm-cp":
-            return PatternPerStep(voice, server, recorder, progress, examples)
+            return PatternPerStep(role_client, server, recorder, progress, examples)
         case "vlm-s":
-            return PlanPerStep(voice, server, recorder, progress, examples=examples)
+            return PlanPerStep(role_client, server, recorder, progress, examples=examples)
         case "vlm-s-c":
             return PlanPerStep(
-                voice,
+                role_client,
                 server,
                 recorder,
                 progress,
-                make_critic(cast, server, recorder),
-                make_selector(cast, server, recorder),
+                make_critic(role_models, server, recorder),
+                make_selector(role_models, server, recorder),
                 examples,
             )
 
 
 def _agent(
-    cast: Cast,
+    role_models: RoleModels,
     settings: Settings,
-    server: FoldingServer,
+    server: ServerClient,
     recorder: Recorder,
     progress: Progress,
     colors: tuple[str, str],
 ) -> Agent:
     overview: OverviewCritic = (
-        ModelOverview(Voice("overview", cast.overview, recorder))
-        if cast.overview
+        ModelOverview(RoleClient("overview", role_models.overview, recorder))
+        if role_models.overview
         else GeometricOverview(server)
     )
-    kept = Kept(settings.keep_images, settings.keep_results, settings.full_descriptions)
+    kept = ContextPolicy(settings.keep_images, settings.keep_results, settings.full_descriptions)
     toolbox = Toolbox(
         server,
-        make_critic(cast, server, recorder),
+        make_critic(role_models, server, recorder),
         overview,
         recorder,
         colors,
@@ -131,9 +135,9 @@ def _agent(
         kept=kept,
         also=PROPOSING if settings.hybrid else frozenset(),
     )
-    voice = Voice("agent", cast.agent, recorder, settings.max_queries)
+    role_client = RoleClient("agent", role_models.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
-    habits = Habits(settings.failures_per_step, kept, examples)
-    solver = Solver(server, recorder) if settings.hybrid else None
-    selector = make_selector(cast, server, recorder)
-    return Agent(voice, server, toolbox, selector, recorder, progress, habits, solver)
+    agent_settings = AgentSettings(settings.failures_per_step, kept, examples)
+    solver = HybridSolver(server, recorder) if settings.hybrid else None
+    selector = make_selector(role_models, server, recorder)
+    return Agent(role_client, server, toolbox, selector, recorder, progress, agent_settings, solver)

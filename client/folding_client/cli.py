@@ -15,12 +15,12 @@ from pydantic import ValidationError
 from rich.console import Console
 
 from folding_client import options
-from folding_client.batch import Line, Listener, run_batch, sequences_of
+from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
-from folding_client.replay import replay
+from folding_client.record.replay import replay
 from folding_client.settings import Settings
 from folding_client.videos import write_sequence
 
@@ -128,7 +128,7 @@ def batch_command(
 
 def _batch(
     sequences: list[Path], out: Path, settings: Settings, jobs: int | None, dask: str | None
-) -> Coroutine[Any, Any, list[Line]]:
+) -> Coroutine[Any, Any, list[BatchEntry]]:
     """The work of a batch, in this process or on a cluster."""
     if dask is None:
         return run_batch(sequences, out, settings, jobs or 1, _Spoken())
@@ -137,7 +137,7 @@ def _batch(
             "--jobs is for work in this process; with --dask the cluster has as many at a time as threads."
         )
         raise UsageError(message)
-    from folding_client.cluster import run_on_cluster
+    from folding_client.batch.cluster import run_on_cluster
 
     return run_on_cluster(dask, sequences, out, settings, _Spoken())
 
@@ -145,7 +145,7 @@ def _batch(
 class _Spoken(Listener):
     """Says on stderr how each sequence ended."""
 
-    def ended(self, line: Line) -> None:
+    def ended(self, line: BatchEntry) -> None:
         """One line per sequence."""
         reason = f": {line.reason}" if line.reason else ""
         typer.echo(

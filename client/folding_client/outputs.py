@@ -3,8 +3,8 @@
 from folding_schemas.results import CheckpointState, Export, ExportFormat, RunInfo
 
 from folding_client.interrupts import ToolRefused
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
-from folding_client.server import FoldingServer
 
 FILES: tuple[tuple[str, ExportFormat], ...] = (
     ("final.fold", "fold"),
@@ -13,7 +13,7 @@ FILES: tuple[tuple[str, ExportFormat], ...] = (
 )
 
 
-async def write_outputs(server: FoldingServer, recorder: Recorder, info: RunInfo) -> list[str]:
+async def write_outputs(server: ServerClient, recorder: Recorder, info: RunInfo) -> list[str]:
     """Write the results of what is saved so far; the names of the files. A file the server cannot make is
     recorded.
     """
@@ -34,7 +34,7 @@ async def write_outputs(server: FoldingServer, recorder: Recorder, info: RunInfo
     ]
 
 
-async def _export(server: FoldingServer, recorder: Recorder, name: str, kind: ExportFormat) -> bool:
+async def _export(server: ServerClient, recorder: Recorder, name: str, kind: ExportFormat) -> bool:
     try:
         export, _ = await server.ask(Export, "export_state", format=kind)
     except ToolRefused as refusal:

@@ -14,14 +14,14 @@ from typing import Any
 from folding_schemas.results import CheckpointRestored, RunInfo
 from pydantic import ValidationError
 
-from folding_client.assembly import Cast, make_cast, make_worker
-from folding_client.connection import ServerAddress
+from folding_client.assembly import RoleModels, make_role_models, make_worker
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
 from folding_client.outputs import write_outputs
 from folding_client.progress import Progress
+from folding_client.protocol.connection import ServerAddress
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import FORMAT, Recorder
-from folding_client.server import FoldingServer
 from folding_client.settings import ROLES, Settings
 
 
@@ -146,9 +146,9 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
     """Carry a job out and keep a record of it."""
     recorder = Recorder(job.folder, _about(job))
     try:
-        cast = make_cast(job.settings, recorder)
+        role_models = make_role_models(job.settings, recorder)
         async with _server(job, recorder) as server:
-            return await _worked(job, cast, server, recorder, progress)
+            return await _worked(job, role_models, server, recorder, progress)
     except RunStopped as stop:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
@@ -159,10 +159,12 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
 
 
 async def _worked(
-    job: Job, cast: Cast, server: FoldingServer, recorder: Recorder, progress: Progress
+    job: Job, role_models: RoleModels, server: ServerClient, recorder: Recorder, progress: Progress
 ) -> Outcome:
     info = await _opened(job, server, recorder)
-    worker = make_worker(cast, job.settings, server, recorder, progress, (info.front_color, info.back_color))
+    worker = make_worker(
+        role_models, job.settings, server, recorder, progress, (info.front_color, info.back_color)
+    )
     try:
         info = await worker.run()
     except RunStopped as stop:
@@ -175,7 +177,7 @@ async def _worked(
     return _ended(recorder, "complete", "", info)
 
 
-async def _opened(job: Job, server: FoldingServer, recorder: Recorder) -> RunInfo:
+async def _opened(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo:
     try:
         info = await server.open_run(job.name, recorder.about.get("run_id"))
     except ToolRefused as refusal:
@@ -189,14 +191,14 @@ async def _opened(job: Job, server: FoldingServer, recorder: Recorder) -> RunInf
     return info
 
 
-async def _back_at_its_checkpoint(server: FoldingServer, info: RunInfo) -> RunInfo:
+async def _back_at_its_checkpoint(server: ServerClient, info: RunInfo) -> RunInfo:
     """The run without the actions of the step that was cut short."""
     base = (info.next_frame or info.frames + 1) - 1
     await server.ask(CheckpointRestored, "restore_checkpoint", frame=base)
     return await server.where()
 
 
-async def _save_what_is_there(server: FoldingServer, recorder: Recorder) -> None:
+async def _save_what_is_there(server: ServerClient, recorder: Recorder) -> None:
     """Results of an unfinished run, as far as the server still answers."""
     try:
         info = await server.where()
@@ -218,11 +220,11 @@ def _ended(recorder: Recorder, status: str, reason: str, info: RunInfo | None = 
 
 
 @asynccontextmanager
-async def _server(job: Job, recorder: Recorder) -> AsyncIterator[FoldingServer]:
+async def _server(job: Job, recorder: Recorder) -> AsyncIterator[ServerClient]:
     """The folding server for a job, started and ended with it; its stderr goes to ``server.log``."""
     address = ServerAddress(job.sequence, job.folder.store, job.settings.server_url)
     with (job.folder.path / "server.log").open("a", encoding="utf-8") as log:
-        server = FoldingServer(address, recorder, log)
+        server = ServerClient(address, recorder, log)
         try:
             await server.start()
             yield server

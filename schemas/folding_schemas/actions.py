@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from folding_schemas.base import Wire
+from folding_schemas.wire import Wire
 
 VertexPair = Annotated[
     tuple[int, int],

@@ -5,8 +5,8 @@ from typing import Literal
 from pydantic import Field
 
 from folding_schemas.actions import Action, Program
-from folding_schemas.base import Wire
 from folding_schemas.state import FoldedState
+from folding_schemas.wire import Wire
 
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from folding_schemas.base import Wire
+from folding_schemas.wire import Wire
 
 EdgeKind = Literal["B", "F", "M", "V"]
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from folding_schemas.actions import Program
     from folding_schemas.results import ExportFormat
 
+    from folding_server.mcp.context import AppContext
     from folding_server.simulator import Paper
-    from folding_server.tools.desk import Desk
 
 Http = Annotated[
     str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
@@ -90,37 +90,37 @@ def serve(
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:
         return
-    from folding_server.tools.desk import Desk, Settings
+    from folding_server.mcp.context import AppContext, ServerSettings
 
     for folder in sequences or ():
         if not folder.is_dir():
             raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data, database)
-    with Desk(Settings(folder, database, tuple(sequences or ()), shared=http is not None)) as desk:
+    with AppContext(ServerSettings(folder, database, tuple(sequences or ()), shared=http is not None)) as app:
         if http is None:
-            _serve_stdio(desk)
+            _serve_stdio(app)
         else:
-            _serve_http(desk, http, known_as or ())
+            _serve_http(app, http, known_as or ())
 
 
-def _serve_stdio(desk: "Desk") -> None:
+def _serve_stdio(app: "AppContext") -> None:
     """Answer the host on stdin and stdout until it hangs up.
 
     An interrupt ends the process at once, even while it waits for input: what was answered is stored.
     """
-    from folding_server.app import FoldingServer
+    from folding_server.mcp.server import FoldingServer
 
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    FoldingServer(desk).run("stdio")
+    FoldingServer(app).run("stdio")
 
 
-def _serve_http(desk: "Desk", address: str, known_as: Sequence[str]) -> None:
+def _serve_http(app: "AppContext", address: str, known_as: Sequence[str]) -> None:
     """Answer hosts over HTTP until interrupted."""
-    from folding_server.http import parse_address
-    from folding_server.http import serve as listen
+    from folding_server.mcp.http import parse_address
+    from folding_server.mcp.http import serve as listen
 
-    listen(desk, parse_address(address), known_as)
+    listen(app, parse_address(address), known_as)
 
 
 def _data_folder(given: Path | None, database: str | None) -> Path:
@@ -190,8 +190,8 @@ def check(
 ) -> None:
     """Check whether a crease pattern folds flat; exit 1 if it does not."""
     from folding_server.interchange.pattern_files import place_in_file, read_pattern
+    from folding_server.mcp.services.presenters import foldability
     from folding_server.simulator.foldability import check_pattern
-    from folding_server.tools.findings import foldability
 
     creases = read_pattern(_text(pattern), pattern.suffix)
     found = foldability(check_pattern(creases))
@@ -291,7 +291,7 @@ def _program(path: Path) -> "Program":
 
 def _exported(paper: "Paper", kind: "ExportFormat", program: "Program") -> str | bytes:
     """The final state in one of the export formats."""
-    from folding_server.diagram.colors import colors_of
+    from folding_server.diagram.palette import colors_of
     from folding_server.interchange.export import export
 
     return export(paper, kind, colors_of(program.front_color, program.back_color), program).content

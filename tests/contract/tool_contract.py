@@ -16,7 +16,7 @@ FILE = Path(__file__).with_name("tools.json")
 
 def current() -> Contract:
     """The tools as the server states them, without prose: descriptions may be reworded freely."""
-    from folding_server.tools.catalogue import tools
+    from folding_server.mcp.catalogue import tools
 
     return {
         tool.name: {

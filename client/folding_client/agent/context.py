@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from folding_client.agent.savings import Kept, without_old_pictures, without_old_states
+from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures, without_old_states
 from folding_client.messages import Message
 
 
@@ -11,7 +11,7 @@ class StepContext:
     follows it.
     """
 
-    def __init__(self, opening: Sequence[Message], kept: Kept) -> None:
+    def __init__(self, opening: Sequence[Message], kept: ContextPolicy) -> None:
         self._messages = list(opening)
         self._sent = 0
         self._kept = kept

@@ -14,9 +14,8 @@ from folding_schemas.results import (
 )
 
 from folding_client.agent.context import StepContext
+from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.agent.opening import opening
-from folding_client.agent.savings import Kept
-from folding_client.agent.solver import Solver
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
@@ -30,23 +29,24 @@ from folding_client.interrupts import (
 )
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, answered, tool_answer, user
 from folding_client.progress import Progress
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
-from folding_client.selector import Selector
-from folding_client.server import FoldingServer
-from folding_client.voice import Voice
+from folding_client.roles.role_client import RoleClient
+from folding_client.roles.selector import Selector
+from folding_client.search.hybrid import HybridSolver
 
 SILENT_REPLIES = 3
 """So many replies in a row without a tool call rewind the context to before them."""
 
 
 @dataclass(frozen=True)
-class Habits:
+class AgentSettings:
     """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``kept``
     is what goes out again with every query of a step.
     """
 
     failures: int
-    kept: Kept
+    kept: ContextPolicy
     examples: tuple[Message, ...] = ()
 
 
@@ -59,22 +59,22 @@ class Agent:
 
     def __init__(
         self,
-        voice: Voice,
-        server: FoldingServer,
+        role_client: RoleClient,
+        server: ServerClient,
         toolbox: Toolbox,
         selector: Selector,
         recorder: Recorder,
         progress: Progress,
-        habits: Habits,
-        solver: Solver | None = None,
+        agent_settings: AgentSettings,
+        solver: HybridSolver | None = None,
     ) -> None:
-        self._voice = voice
+        self._role_client = role_client
         self._server = server
         self._toolbox = toolbox
         self._selector = selector
         self._recorder = recorder
         self._progress = progress
-        self._habits = habits
+        self._habits = agent_settings
         self._solver = solver
         self._history: dict[int, CheckpointState] = {}
         self._failed = 0
@@ -137,7 +137,7 @@ class Agent:
 
     async def _query(self, context: StepContext) -> Reply:
         messages, new_from = context.to_send()
-        reply = await self._voice.query(messages, list(self._toolbox.offered.values()), new_from)
+        reply = await self._role_client.query(messages, list(self._toolbox.offered.values()), new_from)
         if reply.finish_reason == "length":
             message = "the reply ran into its token limit"
             raise ReplyCutOff(message)
@@ -158,7 +158,7 @@ class Agent:
                 failed = failed or call
             elif call.name == "save_checkpoint" and result.structured:
                 saved = result.structured
-                raise StepOver(saved["frame"], complete=saved["complete"], by=self._voice.model.name)
+                raise StepOver(saved["frame"], complete=saved["complete"], by=self._role_client.model.name)
             if result.is_error or call.name == "restore_checkpoint":
                 await self._check_budget(call)
 

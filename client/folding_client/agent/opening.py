@@ -8,7 +8,7 @@ from folding_prompts import prompt
 from folding_schemas.actions import Action
 from folding_schemas.results import CheckpointState, RunInfo
 
-from folding_client.agent.offer import tool_list
+from folding_client.agent.tool_selection import tool_list
 from folding_client.messages import Message, ToolSpec, system, user
 
 _ROUTINE = {"action"}

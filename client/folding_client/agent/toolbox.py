@@ -10,15 +10,15 @@ from folding_prompts import prompt
 from folding_schemas.results import ActionClass, CriticGrid
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from folding_client.agent import offer, savings
+from folding_client.agent import context_compaction, tool_selection
 from folding_client.agent.calls import checked_arguments
-from folding_client.agent.savings import Kept
-from folding_client.critic import Critic, CriticCase, FoldAnchor, Judgement
+from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.interrupts import CallRefused, ToolRefused
 from folding_client.messages import JsonObject, ToolCall, ToolResult, ToolSpec
-from folding_client.overview import OverviewCritic
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
-from folding_client.server import FoldingServer
+from folding_client.roles.critic import Critic, CriticCase, FoldAnchor, Judgement
+from folding_client.roles.overview import OverviewCritic
 from folding_client.settings import ToolSet
 
 FAILURES_BEFORE_OVERVIEW = 3
@@ -46,14 +46,14 @@ class Toolbox:
 
     def __init__(
         self,
-        server: FoldingServer,
+        server: ServerClient,
         critic: Critic,
         overview: OverviewCritic,
         recorder: Recorder,
         colors: tuple[str, str],
         *,
         tools: ToolSet,
-        kept: Kept,
+        kept: ContextPolicy,
         also: frozenset[str] = frozenset(),
     ) -> None:
         self._server = server
@@ -66,8 +66,10 @@ class Toolbox:
         own = ToolSpec(
             "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
-        specs = [*offer.on_offer(server.specs(), tools, also), own]
-        self.offered = {spec.name: spec if kept.descriptions else offer.in_brief(spec) for spec in specs}
+        specs = [*tool_selection.on_offer(server.specs(), tools, also), own]
+        self.offered = {
+            spec.name: spec if kept.descriptions else tool_selection.in_brief(spec) for spec in specs
+        }
 
     async def execute(self, call: ToolCall) -> ToolResult:
         """The result of one call; a call that cannot be sent, or is refused, is a result that says why."""
@@ -79,7 +81,7 @@ class Toolbox:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
         result = await self._server.call(call.name, arguments, by="agent", call=call)
-        result = result if self._kept.results else savings.in_brief(call.name, result)
+        result = result if self._kept.results else context_compaction.in_brief(call.name, result)
         return result if result.is_error else await self._with_advice(call.name, result)
 
     async def _with_advice(self, name: str, result: ToolResult) -> ToolResult:

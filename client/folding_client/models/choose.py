@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from folding_client.interrupts import UsageError
-from folding_client.models.base import Model
 from folding_client.models.geometric import GeometricModel
+from folding_client.models.model import Model
 from folding_client.models.scripted import ScriptedModel, load_script
-from folding_client.record.events import Event
+from folding_client.record.event_log import Event
 from folding_client.settings import Settings
 
 IDS = (

@@ -16,9 +16,9 @@ from pydantic import ValidationError
 
 from folding_client.interrupts import StepHopeless
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec
-from folding_client.models.evidence import Actions, Memory, Trial, common_length, lineage_of
-from folding_client.models.reliving import recorded_queries
-from folding_client.record.events import Event
+from folding_client.models.transcript_replay import recorded_queries
+from folding_client.record.event_log import Event
+from folding_client.search.search_memory import Actions, Memory, Trial, common_length, lineage_of
 
 Calls = list[tuple[str, dict[str, object]]]
 Step = Generator[Calls, list[Message], None]

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from folding_client.interrupts import ScriptEnded, UsageError
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec, Usage
-from folding_client.record.events import Event, read_events
+from folding_client.record.event_log import Event, read_events
 
 
 class ScriptedCall(BaseModel):

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
-from folding_client.record.events import EventLog, read_events
+from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder
 from folding_client.record.totals import Totals, deciders_of, decision, tallied, tally_of, totals_of
 

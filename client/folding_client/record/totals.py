@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from folding_client.messages import Usage
-from folding_client.record.events import Event
+from folding_client.record.event_log import Event
 
 ANSWERED = frozenset({"reply", "unreadable"})
 """The events that end a query, one way or the other."""

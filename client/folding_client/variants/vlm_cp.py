@@ -14,11 +14,11 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from folding_client.interrupts import ReplyUnreadable, StepHopeless
 from folding_client.messages import Message, system, user
 from folding_client.progress import Progress
-from folding_client.reading import read_answer
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
-from folding_client.server import FoldingServer
-from folding_client.verdicts import read_form
-from folding_client.voice import Voice
+from folding_client.roles.reply_parsing import read_form
+from folding_client.roles.reply_repair import read_answer
+from folding_client.roles.role_client import RoleClient
 
 
 class CreasePattern(BaseModel):
@@ -64,8 +64,8 @@ SQUARE = CreasePattern(
 class PatternPerStep:
     """Predicts one crease pattern per frame, each from the one before; kept in ``patterns.json``."""
 
-    voice: Voice
-    server: FoldingServer
+    role_client: RoleClient
+    server: ServerClient
     recorder: Recorder
     progress: Progress
     examples: tuple[Message, ...] = ()
@@ -86,7 +86,7 @@ class PatternPerStep:
             patterns.append(await self._predicted(info, frame, patterns[-1]))
             self._write(patterns, info)
             over = {"frame": frame, "complete": frame == info.frames}
-            self.recorder.event("step_over", **over, by=self.voice.model.name)
+            self.recorder.event("step_over", **over, by=self.role_client.model.name)
         return info.model_copy(update={"saved": list(range(1, info.frames + 1)), "complete": True})
 
     async def _predicted(self, info: RunInfo, frame: int, pattern: CreasePattern) -> CreasePattern:
@@ -102,7 +102,7 @@ class PatternPerStep:
         )
         messages = [about, *self.examples, user(step, (*before, *after))]
         try:
-            return await read_answer(self.voice, messages, partial(read_form, CreasePattern), _repair)
+            return await read_answer(self.role_client, messages, partial(read_form, CreasePattern), _repair)
         except ReplyUnreadable as reason:
             message = (
                 f"The model gave no readable crease pattern for frame {frame} ({reason}); resume to ask "

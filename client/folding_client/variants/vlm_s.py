@@ -22,18 +22,18 @@ from folding_schemas.results import (
     StateView,
 )
 
-from folding_client.acting import carry_out
-from folding_client.critic import Critic, CriticCase, Judgement
 from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
 from folding_client.messages import Message, Picture, system, user
 from folding_client.messages import answered as spoken
 from folding_client.progress import Progress
+from folding_client.protocol.acting import carry_out
+from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
-from folding_client.selector import Selector
-from folding_client.server import FoldingServer
+from folding_client.roles.critic import Critic, CriticCase, Judgement
+from folding_client.roles.reply_parsing import read_form
+from folding_client.roles.role_client import RoleClient
+from folding_client.roles.selector import Selector
 from folding_client.variants.plans import ActionPlan
-from folding_client.verdicts import read_form
-from folding_client.voice import Voice
 
 PLANS = 3
 """Plans for one frame before the selector chooses (VLM-S-C)."""
@@ -45,8 +45,8 @@ READINGS = 2
 class PlanPerStep:
     """Works frame by frame. Without a critic and selector it is VLM-S, with them VLM-S-C."""
 
-    voice: Voice
-    server: FoldingServer
+    role_client: RoleClient
+    server: ServerClient
     recorder: Recorder
     progress: Progress
     critic: Critic | None = None
@@ -75,7 +75,7 @@ class PlanPerStep:
             if self.critic is None:
                 await self._planned(frame, messages)
         saved, _ = await self.server.ask(CheckpointSaved, "save_checkpoint", frame=frame)
-        self.recorder.event("step_over", frame=frame, complete=saved.complete, by=self.voice.model.name)
+        self.recorder.event("step_over", frame=frame, complete=saved.complete, by=self.role_client.model.name)
 
     async def _opening(self, info: RunInfo, frame: int) -> list[Message]:
         photos = await self._photos(frame)
@@ -101,7 +101,7 @@ class PlanPerStep:
         """
         why = ""
         for _ in range(READINGS):
-            reply = await self.voice.query(messages)
+            reply = await self.role_client.query(messages)
             messages.append(spoken(reply))
             try:
                 plan = read_form(ActionPlan, reply.text)

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, palette
-from folding_server.diagram.labels import PlacedLabel, place_labels
+from folding_server.diagram.label_placement import PlacedLabel, place_labels
+from folding_server.diagram.palette import DEFAULT_COLORS, Colors, Palette, palette
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import View, steady_view
 from folding_server.diagram.visibility import WHOLE, Span, VisibleFace, visible_faces, visible_spans
+from folding_server.geometry.line import Point, between
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import Point, between
 
 Floats = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], vi
         mark = len(beside) == 2 and mirrored[beside[0]] == mirrored[beside[1]]
         top = _topmost(paper, beside, shown)
         motion = paper.isometries[top]
-        p, q = view.pixels([motion(paper.places[v]) for v in edge])
+        p, q = view.pixels([motion(paper.vertices_coords[v]) for v in edge])
         for start, end in visible:
             ends = (p, q) if (start, end) == WHOLE else (between(p, q, start), between(p, q, end))
             strokes.append(Stroke(*ends, mark, mirrored[top]))

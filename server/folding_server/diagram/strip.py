@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 
-from folding_server.diagram.colors import DEFAULT_COLORS, Colors, Palette, colors_of, palette
 from folding_server.diagram.drawing import draw_body
+from folding_server.diagram.palette import DEFAULT_COLORS, Colors, Palette, colors_of, palette
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import centred_view
 from folding_server.errors import ProgramError

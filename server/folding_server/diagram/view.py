@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot
 
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Point
 
 MARGIN = 0.07
 """Free border, as a fraction of the picture's side."""
@@ -39,7 +39,7 @@ def steady_view(papers: Iterable[Paper], size: float) -> View:
     states = list(papers)
     width, height = states[0].sheet
     reach = hypot(width, height) / 2
-    points = [point for paper in states for point in paper.positions.values()]
+    points = [point for paper in states for point in paper.folded_vertices_coords.values()]
     center = (
         _shifted(width / 2, reach, [x for x, _ in points]),
         _shifted(height / 2, reach, [y for _, y in points]),
@@ -50,7 +50,7 @@ def steady_view(papers: Iterable[Paper], size: float) -> View:
 
 def centred_view(paper: Paper, size: float) -> View:
     """The view at the same scale with the paper in the middle, for pictures that stand by themselves."""
-    xs, ys = zip(*paper.positions.values(), strict=True)
+    xs, ys = zip(*paper.folded_vertices_coords.values(), strict=True)
     center = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
     return View(size, steady_view([paper], size).pixels_per_unit, center)
 

@@ -9,9 +9,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from folding_server.diagram.convex import ConvexPolygons, convex_polygons
+from folding_server.geometry.line import Point
+from folding_server.geometry.polygon_batch import ConvexPolygons, convex_polygons
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.paper import Edge, Paper, edge_of
-from folding_server.simulator.plane_geometry import TOLERANCE, Point
 
 SLIVER = 5 * TOLERANCE
 """Visible parts narrower than this (sheet units) are left out: matching layers differ by about as much."""
@@ -78,7 +79,7 @@ def visible_spans(paper: Paper, faces: Iterable[VisibleFace]) -> Mapping[Edge, l
             wholly.update((side, [WHOLE]) for side in sides)
             continue
         for side in sides:
-            p, q = (paper.isometries[seen.face](paper.places[v]) for v in side)
+            p, q = (paper.isometries[seen.face](paper.vertices_coords[v]) for v in side)
             found = _stretches(p, q, seen.parts)
             if found:
                 spans.setdefault(side, []).extend(found)

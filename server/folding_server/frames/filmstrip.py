@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
+from folding_server.frames.image_files import MAX_BYTES, Picture, Rgb, encode_for_model
 from folding_server.frames.panels import side_by_side
-from folding_server.frames.pictures import MAX_BYTES, Picture, Rgb, encode_for_model
 
 MAX_IMAGES = 5
 WIDTH = 2000

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from folding_server.errors import PhotoError
-from folding_server.frames.hands import Scene, know_scene
+from folding_server.frames.hand_detection import Scene, know_scene
 from folding_server.frames.stillness import Still, Watched, watch
 from folding_server.frames.video import Moment, Video, open_video
 

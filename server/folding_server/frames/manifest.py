@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictInt, ValidationError, model_validator
 
 from folding_server.errors import FoldingError, PhotoError
-from folding_server.frames.colors import color_rgb
+from folding_server.frames.color_names import color_rgb
 
 FILE_NAME = "keyframes.json"
 MAX_BYTES = 4_000_000

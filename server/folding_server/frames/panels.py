@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from folding_server.errors import PhotoError
-from folding_server.frames.pictures import Rgb
+from folding_server.frames.image_files import Rgb
 
 PAPER = (255, 255, 255)
 INK = (30, 30, 30)

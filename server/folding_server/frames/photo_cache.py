@@ -4,7 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
 
-from folding_server.frames.pictures import Rgb
+from folding_server.frames.image_files import Rgb
 
 CAPACITY = 256 * 2**20
 

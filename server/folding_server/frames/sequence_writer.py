@@ -10,12 +10,12 @@ from itertools import pairwise
 from pathlib import Path
 
 from folding_server.errors import PhotoError
-from folding_server.frames.colors import color_rgb
+from folding_server.frames.color_names import color_rgb
 from folding_server.frames.filmstrip import MAX_IMAGES, evenly_spaced
+from folding_server.frames.image_files import decode, encode_jpeg, encode_png
 from folding_server.frames.keyframes import STILL_SECONDS, Progress, propose_keyframes
 from folding_server.frames.manifest import FILE_NAME
 from folding_server.frames.panels import Tile, wrapped
-from folding_server.frames.pictures import decode, encode_jpeg, encode_png
 from folding_server.frames.sequences import load_sequence
 from folding_server.frames.video import Video, open_video
 

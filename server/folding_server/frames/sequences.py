@@ -9,9 +9,9 @@ from pathlib import Path
 
 from folding_server.errors import PhotoError
 from folding_server.frames.filmstrip import MAX_IMAGES, evenly_spaced, filmstrip
+from folding_server.frames.image_files import MODEL_SIDE, Picture, Rgb, encode_for_model
 from folding_server.frames.manifest import FILE_NAME, Manifest, check_name, read_manifest
 from folding_server.frames.photo_cache import PhotoCache
-from folding_server.frames.pictures import MODEL_SIDE, Picture, Rgb, encode_for_model
 from folding_server.frames.sources import FrameSource, file_stamp, image_folder, require_inside
 
 _STRIP_SIDE = 1280

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from folding_server.errors import PhotoError
-from folding_server.frames.pictures import Rgb, decode
+from folding_server.frames.image_files import Rgb, decode
 
 _IMAGE_NAME = re.compile(r"([0-9]{1,8})\.(jpe?g|png)", re.IGNORECASE)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.frames.differences import Small, border_ring, difference, soften, solid_area
+from folding_server.frames.image_differences import Small, border_ring, difference, soften, solid_area
 from folding_server.frames.video import Moment
 
 MOVING_PART = 0.0012

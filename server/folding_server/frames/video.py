@@ -15,7 +15,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from folding_server.errors import PhotoError
-from folding_server.frames.pictures import MAX_PIXELS, MIN_SIDE, Rgb
+from folding_server.frames.image_files import MAX_PIXELS, MIN_SIDE, Rgb
 from folding_server.frames.sources import file_stamp
 
 FORMATS = (

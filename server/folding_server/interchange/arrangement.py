@@ -11,9 +11,9 @@ import shapely
 from numpy.typing import NDArray
 
 from folding_server.errors import ProgramError
-from folding_server.simulator.foldability import CreasePattern, Letter
-from folding_server.simulator.joining import joined
-from folding_server.simulator.plane_geometry import Point
+from folding_server.geometry.line import Point
+from folding_server.geometry.union_find import joined
+from folding_server.simulator.foldability import Assignment, CreasePattern
 
 Edge = tuple[int, int]
 L = TypeVar("L", bound=str)
@@ -31,7 +31,7 @@ class DrawnLine:
 
     start: Point
     end: Point
-    letter: Letter
+    assignment: Assignment
 
 
 def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
@@ -46,17 +46,17 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
     points = np.array([p for row in cuts for p in row]).reshape(-1, 2)
     vertex_of = one_vertex_each(points, near)
     vertices = tuple((float(x), float(y)) for x, y in points[_firsts(vertex_of)])
-    letters: dict[Edge, Letter] = {}
+    assignments: dict[Edge, Assignment] = {}
     taken = iter(vertex_of)
     for line, row in zip(lines, cuts, strict=True):
         passed = [next(taken) for _ in row]
         for u, v in pairwise(passed):
             if u != v:
                 edge = (min(u, v), max(u, v))
-                letters[edge] = stronger(
-                    letters.get(edge, line.letter), line.letter, vertices[u], vertices[v]
+                assignments[edge] = stronger(
+                    assignments.get(edge, line.assignment), line.assignment, vertices[u], vertices[v]
                 )
-    kept = _within_outline(vertices, letters, near)
+    kept = _within_outline(vertices, assignments, near)
     return CreasePattern(*_without_idle(vertices, list(kept)), tuple(kept.values()))
 
 
@@ -124,21 +124,23 @@ def _along(segment: NDArray[np.float64], t: float) -> Point:
 
 
 def _within_outline(
-    vertices: Sequence[Point], letters: Mapping[Edge, Letter], near: float
-) -> dict[Edge, Letter]:
+    vertices: Sequence[Point], assignments: Mapping[Edge, Assignment], near: float
+) -> dict[Edge, Assignment]:
     """The edges without the marks that lie outside the sheet, where there is an outline."""
     outline = [
-        shapely.LineString([vertices[u], vertices[v]]) for (u, v), letter in letters.items() if letter == "B"
+        shapely.LineString([vertices[u], vertices[v]])
+        for (u, v), assignment in assignments.items()
+        if assignment == "B"
     ]
     sheet = shapely.union_all(shapely.get_parts(shapely.polygonize(outline)))
     if sheet.is_empty:
-        return dict(letters)
+        return dict(assignments)
     grown = shapely.buffer(sheet, 2 * near)
     shapely.prepare(grown)
     return {
-        (u, v): letter
-        for (u, v), letter in letters.items()
-        if letter != "F" or grown.covers(shapely.LineString([vertices[u], vertices[v]]))
+        (u, v): assignment
+        for (u, v), assignment in assignments.items()
+        if assignment != "F" or grown.covers(shapely.LineString([vertices[u], vertices[v]]))
     }
 
 

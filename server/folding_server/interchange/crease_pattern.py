@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 
-from folding_server.simulator.foldability import CreasePattern, Letter
+from folding_server.geometry.convex import area
+from folding_server.geometry.line import Point
+from folding_server.simulator.foldability import Assignment, CreasePattern
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Point, area
 
-LETTERS: dict[str, Letter] = {"B": "B", "M": "M", "V": "V", "F": "F", "U": "U", "J": "F"}
+ASSIGNMENTS: dict[str, Assignment] = {"B": "B", "M": "M", "V": "V", "F": "F", "U": "U", "J": "F"}
 """Letters of files as letters of a pattern: a join (J) only divides a face for the sake of the file."""
 
 
@@ -16,12 +17,12 @@ def crease_pattern_of(paper: Paper) -> CreasePattern:
     Faces run counter-clockwise, so that normals point out of the front, and start where the
     paper's cycles start.
     """
-    index = {v: i for i, v in enumerate(sorted(paper.places))}
+    index = {v: i for i, v in enumerate(sorted(paper.vertices_coords))}
     edges = list(paper.edges())
     return CreasePattern(
-        vertices=tuple(paper.places[v] for v in index),
+        vertices=tuple(paper.vertices_coords[v] for v in index),
         edges=tuple((index[u], index[v]) for (u, v), _ in edges),
-        letters=tuple(LETTERS[letter] for _, letter in edges),
+        edges_assignment=tuple(ASSIGNMENTS[assignment] for _, assignment in edges),
         faces=tuple(
             counterclockwise([index[v] for v in cycle], paper.sheet_polygon(f))
             for f, cycle in paper.faces.items()

@@ -36,20 +36,22 @@ def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool 
     scale, border = size * (1 - 2 * MARGIN) / span, size * MARGIN
     height = (max(ys) - min(ys)) * scale + 2 * border
     body = []
-    for letter, style in STYLES.items():
+    for assignment, style in STYLES.items():
         path = "".join(
             "M"
             + "L".join(
                 f"{border + (x - min(xs)) * scale:.2f} {border + (max(ys) - y) * scale:.2f}"
                 for x, y in (pattern.vertices[u], pattern.vertices[v])
             )
-            for (u, v), assigned in zip(pattern.edges, pattern.letters, strict=True)
-            if assigned == letter
+            for (u, v), assigned in zip(pattern.edges, pattern.edges_assignment, strict=True)
+            if assigned == assignment
         )
         if path:
             body.append(f'<path class="{style.name}" d="{path}" {_stroke(style, size / 768)}/>')
     if legend:
-        body += _legend(sorted(set(pattern.letters), key=list(STYLES).index, reverse=True), size, height)
+        body += _legend(
+            sorted(set(pattern.edges_assignment), key=list(STYLES).index, reverse=True), size, height
+        )
     full = height + (LEGEND_HEIGHT * size / 768 if legend else 0)
     return svg_document(size, full, "#ffffff", body)
 
@@ -63,12 +65,12 @@ def _stroke(style: LineStyle, unit: float) -> str:
     return f'fill="none" stroke="{style.color}" stroke-width="{style.width * unit:.2f}"{dashes}'
 
 
-def _legend(letters: list[str], size: int, top: float) -> list[str]:
+def _legend(assignments: list[str], size: int, top: float) -> list[str]:
     """A sample of each kind of line in the pattern with its name."""
     unit = size / 768
     drawn = []
-    for i, letter in enumerate(letters):
-        style, x, y = STYLES[letter], size * MARGIN + i * 140 * unit, top + 8 * unit
+    for i, assignment in enumerate(assignments):
+        style, x, y = STYLES[assignment], size * MARGIN + i * 140 * unit, top + 8 * unit
         drawn.append(f'<path d="M{x:.1f} {y:.1f}L{x + 48 * unit:.1f} {y:.1f}" {_stroke(style, unit)}/>')
         drawn.append(svg_text(x + 56 * unit, y + 5 * unit, style.name, 14 * unit, "#222222"))
     return drawn

@@ -7,7 +7,7 @@ from folding_schemas.actions import Program
 from folding_schemas.results import ExportFormat
 
 from folding_server.diagram import Colors, draw_svg, rasterise
-from folding_server.diagram.colors import DEFAULT_COLORS
+from folding_server.diagram.palette import DEFAULT_COLORS
 from folding_server.errors import ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.crease_pattern_svg import crease_pattern_svg

@@ -6,17 +6,12 @@ from dataclasses import replace
 from math import hypot
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.convex import area
+from folding_server.geometry.isometry import IDENTITY, Isometry, mirror
+from folding_server.geometry.line import Point, line_through
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.interchange.crease_pattern import counterclockwise
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.plane_geometry import (
-    IDENTITY,
-    TOLERANCE,
-    Isometry,
-    Point,
-    area,
-    line_through,
-    mirror,
-)
 
 Motions = list[Isometry]
 
@@ -101,7 +96,7 @@ def motions_by_folding(pattern: CreasePattern) -> Motions:
     Longer creases are crossed first: the shorter a crease, the less exactly its ends give its direction.
     ProgramError if a crease has no letter, or the faces do not close up around a vertex (Kawasaki's theorem).
     """
-    if "U" in pattern.letters:
+    if "U" in pattern.edges_assignment:
         raise ProgramError(
             "The crease pattern has unassigned creases, so it is not known how it lies when folded; "
             "give M, V or F for every crease, or check it for foldability to find a folded state."
@@ -133,7 +128,7 @@ def _length(pattern: CreasePattern, edge: int) -> float:
 
 def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
     """The motion of the face on the other side of an edge."""
-    if pattern.letters[edge] not in "MV":
+    if pattern.edges_assignment[edge] not in "MV":
         return motion
     u, v = pattern.edges[edge]
     return motion.after(mirror(line_through(pattern.vertices[u], pattern.vertices[v])))
@@ -142,7 +137,7 @@ def _across(pattern: CreasePattern, edge: int, motion: Isometry) -> Isometry:
 def _check_closed(pattern: CreasePattern, edge: int, one: Isometry, other: Isometry) -> None:
     """The faces beside an edge must put it in one place, turned over against each other if it is folded."""
     ends = [pattern.vertices[v] for v in pattern.edges[edge]]
-    turned = (one.mirrors != other.mirrors) == (pattern.letters[edge] in "MV")
+    turned = (one.mirrors != other.mirrors) == (pattern.edges_assignment[edge] in "MV")
     if not turned or any(_gap(one(p), other(p)) > ROUNDED for p in ends):
         a, b = pattern.edges[edge]
         raise ProgramError(
@@ -201,7 +196,11 @@ def unfolded(folded: CreasePattern) -> CreasePattern:
 
 def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
     """The points turned so that the longest boundary edge is level, mirrored if face 0 runs clockwise."""
-    boundary = [edge for edge, letter in zip(pattern.edges, pattern.letters, strict=True) if letter == "B"]
+    boundary = [
+        edge
+        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        if assignment == "B"
+    ]
     if not boundary:
         raise ProgramError(
             "The FOLD file marks no boundary edge (B), so the outline of the sheet is not known."

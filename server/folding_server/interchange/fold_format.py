@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
+from folding_server.geometry.convex import area
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.paper import Crease, Paper
-from folding_server.simulator.plane_geometry import area
 
 Document = dict[str, Any]
 
@@ -33,7 +33,7 @@ def fold_document(paper: Paper, title: str | None = None) -> Document:
         "frame_classes": ["foldedForm"],
         "frame_attributes": _attributes(touching),
         "frame_unit": "unit",
-        "vertices_coords": [list(paper.positions[v]) for v in sorted(paper.places)],
+        "vertices_coords": [list(paper.folded_vertices_coords[v]) for v in sorted(paper.vertices_coords)],
         **_mesh(pattern),
         "faceOrders": _face_orders(paper, pairs),
         **_ids(paper),
@@ -102,8 +102,8 @@ def _mesh(pattern: CreasePattern) -> Document:
     return {
         "edges_vertices": [list(edge) for edge in pattern.edges],
         "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges],
-        "edges_assignment": list(pattern.letters),
-        "edges_foldAngle": [FOLD_ANGLES.get(letter, 0) for letter in pattern.letters],
+        "edges_assignment": list(pattern.edges_assignment),
+        "edges_foldAngle": [FOLD_ANGLES.get(assignment, 0) for assignment in pattern.edges_assignment],
         "faces_vertices": [list(cycle) for cycle in pattern.faces],
         "faces_edges": faces_edges,
     }
@@ -119,7 +119,7 @@ def _face_orders(paper: Paper, pairs: list[tuple[int, int]]) -> list[list[int]]:
 
 
 def _ids(paper: Paper) -> Document:
-    return {"folding:vertex_ids": sorted(paper.places), "folding:face_ids": list(paper.faces)}
+    return {"folding:vertex_ids": sorted(paper.vertices_coords), "folding:face_ids": list(paper.faces)}
 
 
 def _record(paper: Paper) -> Document:

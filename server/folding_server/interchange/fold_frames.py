@@ -46,10 +46,10 @@ class Frame(BaseModel):
         """Whether the frame says that it is a ``foldedForm``, ``creasePattern``, ..."""
         return name in self.frame_classes
 
-    def letters(self) -> tuple[str, ...]:
+    def assignments(self) -> tuple[str, ...]:
         """A letter for each edge, upper case: as assigned, else by its fold angle, else U."""
         if self.edges_assignment:
-            return tuple(letter.upper() for letter in self.edges_assignment)
+            return tuple(assignment.upper() for assignment in self.edges_assignment)
         if self.fold_angles:
             return tuple(
                 "U" if a is None else "V" if a > 0 else "M" if a < 0 else "F" for a in self.fold_angles

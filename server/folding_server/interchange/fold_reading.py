@@ -7,8 +7,17 @@ from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.line import Point, line_through
+from folding_server.geometry.planar import (
+    Cycle,
+    Edge,
+    boundary_cycles,
+    crossing_edges,
+    edge_faces,
+)
 from folding_server.interchange.arrangement import DrawnLine, arranged
-from folding_server.interchange.crease_pattern import LETTERS, counterclockwise
+from folding_server.interchange.crease_pattern import ASSIGNMENTS, counterclockwise
+from folding_server.interchange.face_ordering import stacked
 from folding_server.interchange.flat_motions import (
     ROUNDED,
     Motions,
@@ -21,18 +30,9 @@ from folding_server.interchange.flat_motions import (
 from folding_server.interchange.fold_frames import Frame, frame_of, read_frames
 from folding_server.interchange.layer_check import check_layers
 from folding_server.interchange.own_record import restored
-from folding_server.interchange.stacking import stacked
 from folding_server.interchange.welding import welded
-from folding_server.simulator.foldability import CreasePattern, Letter, check_pattern
-from folding_server.simulator.foldability.planar import (
-    Cycle,
-    Edge,
-    boundary_cycles,
-    crossing_edges,
-    edge_faces,
-)
+from folding_server.simulator.foldability import Assignment, CreasePattern, check_pattern
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Point, line_through
 
 
 class FaceOrders(Enum):
@@ -94,7 +94,12 @@ def fold_flat(pattern: CreasePattern) -> Paper:
         raise ProgramError(f"The crease pattern cannot be folded flat into a stack: {reason}")
     sheet = normalised(replace(pattern, faces=pattern.cycles))
     _check_convex(sheet)
-    creased = replace(sheet, letters=tuple("V" if letter == "U" else letter for letter in sheet.letters))
+    creased = replace(
+        sheet,
+        edges_assignment=tuple(
+            "V" if assignment == "U" else assignment for assignment in sheet.edges_assignment
+        ),
+    )
     names = sheet.names or tuple(range(1, len(sheet.vertices) + 1))
     return stacked(sheet, motions_by_folding(creased), set(pairwise(report.stack)), names)
 
@@ -170,37 +175,45 @@ def _pattern(frame: Frame, *, turned: bool = False, alone: bool = False) -> Crea
             "The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read."
         )
     edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
-    if "C" in frame.letters():
+    if "C" in frame.assignments():
         raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
-    letters = tuple(LETTERS[letter] for letter in frame.letters())
-    if alone and not frame.faces_vertices and not _is_mesh(points, edges, letters):
-        return _drawn(points, edges, letters)
+    assignments = tuple(ASSIGNMENTS[assignment] for assignment in frame.assignments())
+    if alone and not frame.faces_vertices and not _is_mesh(points, edges, assignments):
+        return _drawn(points, edges, assignments)
     faces = tuple(tuple(cycle) for cycle in frame.faces_vertices) or _faces_between(
         points, edges, turned=turned
     )
     if not turned:
         faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in faces)
     return CreasePattern(
-        tuple(points), edges, _with_boundary(edges, letters, faces), faces, tuple(frame.vertex_ids)
+        tuple(points), edges, _with_boundary(edges, assignments, faces), faces, tuple(frame.vertex_ids)
     )
 
 
-def _is_mesh(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter, ...]) -> bool:
+def _is_mesh(points: list[Point], edges: tuple[Edge, ...], assignments: tuple[Assignment, ...]) -> bool:
     """Whether edges meet in common vertices only and every crease divides two faces."""
     if crossing_edges(points, edges):
         return False
     beside = edge_faces(boundary_cycles(points, edges, ()))
     return all(
-        len(beside.get(edge, ())) == 2 or letter in "BF" for edge, letter in zip(edges, letters, strict=True)
+        len(beside.get(edge, ())) == 2 or assignment in "BF"
+        for edge, assignment in zip(edges, assignments, strict=True)
     )
 
 
-def _drawn(points: list[Point], edges: tuple[Edge, ...], letters: tuple[Letter, ...]) -> CreasePattern:
+def _drawn(
+    points: list[Point], edges: tuple[Edge, ...], assignments: tuple[Assignment, ...]
+) -> CreasePattern:
     """The pattern that edges draw which meet outside their vertices: vertices are numbered anew."""
-    lines = [DrawnLine(points[u], points[v], letter) for (u, v), letter in zip(edges, letters, strict=True)]
+    lines = [
+        DrawnLine(points[u], points[v], assignment)
+        for (u, v), assignment in zip(edges, assignments, strict=True)
+    ]
     pattern = arranged(lines)
     faces = boundary_cycles(pattern.vertices, pattern.edges, ())
-    return replace(pattern, faces=faces, letters=_with_boundary(pattern.edges, pattern.letters, faces))
+    return replace(
+        pattern, faces=faces, edges_assignment=_with_boundary(pattern.edges, pattern.edges_assignment, faces)
+    )
 
 
 def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool) -> tuple[Cycle, ...]:
@@ -221,13 +234,13 @@ def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool
 
 
 def _with_boundary(
-    edges: tuple[Edge, ...], letters: tuple[Letter, ...], faces: tuple[Cycle, ...]
-) -> tuple[Letter, ...]:
+    edges: tuple[Edge, ...], assignments: tuple[Assignment, ...], faces: tuple[Cycle, ...]
+) -> tuple[Assignment, ...]:
     """Letters with B for every unassigned edge that has one face only."""
     beside = edge_faces(faces)
     return tuple(
-        "B" if letter == "U" and len(beside.get(edge, ())) == 1 else letter
-        for edge, letter in zip(edges, letters, strict=True)
+        "B" if assignment == "U" and len(beside.get(edge, ())) == 1 else assignment
+        for edge, assignment in zip(edges, assignments, strict=True)
     )
 
 

@@ -16,12 +16,12 @@ def check_layers(paper: Paper, pattern: CreasePattern, vertex_ids: Sequence[int]
 
     ``vertex_ids`` are the ids of the pattern's vertices on the paper; faces are named by their number in the file.
     """
-    for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
+    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
         edge = edge_of(vertex_ids[u], vertex_ids[v])
-        found = paper.letter(edge) if edge in paper.edge_faces else letter
-        if {letter, found} == {"M", "V"}:
+        found = paper.edge_assignment(edge) if edge in paper.edge_faces else assignment
+        if {assignment, found} == {"M", "V"}:
             raise ProgramError(
-                f"Edge {u}-{v} of the FOLD file has the letter {letter}, but its face orders make it {found}; {ADVICE}."
+                f"Edge {u}-{v} of the FOLD file has the letter {assignment}, but its face orders make it {found}; {ADVICE}."
             )
     for crossing in crossing_violations(measure(paper)):
         faces = ", ".join(str(face - 1) for face in crossing.faces)

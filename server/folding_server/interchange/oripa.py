@@ -8,12 +8,12 @@ y runs up), the sheet lies front up, and ORIPA's own sheet runs from -200 to 200
 from dataclasses import replace
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.line import Point
 from folding_server.interchange.arrangement import DrawnLine, arranged
-from folding_server.simulator.foldability import CreasePattern, Letter
-from folding_server.simulator.plane_geometry import Point
+from folding_server.simulator.foldability import Assignment, CreasePattern
 
-LINE_TYPES: dict[Letter, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
-LETTERS: dict[int, Letter] = {1: "B", 2: "M", 3: "V"}
+LINE_TYPES: dict[Assignment, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
+ASSIGNMENTS: dict[int, Assignment] = {1: "B", 2: "M", 3: "V"}
 SPAN = 400.0
 LARGEST = 1e9
 """Coordinates beyond this are no drawing; their squares would leave no digits to measure with."""
@@ -32,8 +32,8 @@ def oripa_text(pattern: CreasePattern) -> str:
         return f"{_plain((place[0] - middle[0]) * scale)} {_plain((middle[1] - place[1]) * scale)}"
 
     return "".join(
-        f"{LINE_TYPES[letter]} {point(pattern.vertices[u])} {point(pattern.vertices[v])}\n"
-        for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True)
+        f"{LINE_TYPES[assignment]} {point(pattern.vertices[u])} {point(pattern.vertices[v])}\n"
+        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
     )
 
 
@@ -60,7 +60,7 @@ def _drawn(number: int, fields: list[str]) -> DrawnLine:
             f"Line {number} of the .cp file reads {' '.join(fields)[:60]!r}; it should be a whole number, the type, and "
             f"four numbers up to {LARGEST:g}: x1 y1 x2 y2."
         )
-    return DrawnLine((x1, y1), (x2, y2), LETTERS.get(kind, "F"))
+    return DrawnLine((x1, y1), (x2, y2), ASSIGNMENTS.get(kind, "F"))
 
 
 def _plain(value: float) -> str:

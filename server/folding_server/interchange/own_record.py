@@ -3,11 +3,11 @@
 from math import hypot
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import FoldRecord, Frame
 from folding_server.simulator.paper import Crease, Paper, edge_of
-from folding_server.simulator.plane_geometry import Isometry
 
 
 def restored(folded: Frame, pattern: Frame) -> Paper:
@@ -23,7 +23,7 @@ def restored(folded: Frame, pattern: Frame) -> Paper:
         faces[face] = ids if face in counterclockwise else turned_round(ids)
     paper = Paper(
         sheet=record.sheet,
-        places=places,
+        vertices_coords=places,
         faces=faces,
         isometries={f: Isometry(*t) for f, t in zip(folded.face_ids, record.isometries, strict=True)},
         order=tuple(record.order),
@@ -70,7 +70,7 @@ def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
 def _check_geometry(paper: Paper, folded: Frame) -> None:
     """The isometries must put every vertex where the folded form has it."""
     for v, point in zip(folded.vertex_ids, folded.vertices_coords, strict=True):
-        x, y = paper.positions[v]
+        x, y = paper.folded_vertices_coords[v]
         if hypot(x - point[0], y - point[1]) > ROUNDED:
             raise ProgramError(
                 f"In the FOLD file vertex {v} lies at ({point[0]:g}, {point[1]:g}), but its "

@@ -15,9 +15,9 @@ from folding_schemas.actions import Action, Program
 from pydantic import ValidationError
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.line import Point
 from folding_server.interchange.fold_frames import parse_json_object
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Point
 
 LONGEST_SIDE = 100.0
 
@@ -124,7 +124,10 @@ def resolved(paper: Paper, recorded: RecordedAction) -> Action:
 
 def _nearest(paper: Paper, point: Point) -> int:
     x, y = point
-    return min(paper.places, key=lambda v: (paper.places[v][0] - x) ** 2 + (paper.places[v][1] - y) ** 2)
+    return min(
+        paper.vertices_coords,
+        key=lambda v: (paper.vertices_coords[v][0] - x) ** 2 + (paper.vertices_coords[v][1] - y) ** 2,
+    )
 
 
 def _ends(at: Any, index: int) -> tuple[Point, Point] | None:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.planar import Cycle, Edge
 from folding_server.interchange.arrangement import one_vertex_each, stronger
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import Frame, frame_of
-from folding_server.simulator.foldability.planar import Cycle, Edge
 
 SAME = 1e-7
 """Vertices nearer than this, in units of the sheet's longer side, are one; the slivers of real folds are wider."""
@@ -59,13 +59,17 @@ def _welded(frame: Frame, vertex_of: Sequence[int], allowed: float) -> Frame:
 
 def _edges(frame: Frame, vertex_of: Sequence[int]) -> dict[str, Any]:
     """Each edge once, with its letter; edges without length are left out."""
-    letters: dict[Edge, str] = {}
-    for (u, v), letter in zip(frame.edges_vertices, frame.letters(), strict=True):
+    assignments: dict[Edge, str] = {}
+    for (u, v), assignment in zip(frame.edges_vertices, frame.assignments(), strict=True):
         a, b = sorted((vertex_of[u], vertex_of[v]))
         if a != b:
             places = frame.vertices_coords[u], frame.vertices_coords[v]
-            letters[a, b] = stronger(letters.get((a, b), letter), letter, *places)
-    return {"edges_vertices": list(letters), "edges_assignment": list(letters.values()), "fold_angles": []}
+            assignments[a, b] = stronger(assignments.get((a, b), assignment), assignment, *places)
+    return {
+        "edges_vertices": list(assignments),
+        "edges_assignment": list(assignments.values()),
+        "fold_angles": [],
+    }
 
 
 def _cycle(face: int, cycle: Sequence[int], vertex_of: Sequence[int]) -> Cycle:

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.chance import stream
 from folding_server.photographer.gripping import gripping_hand
-from folding_server.photographer.hands import Reach, cover_with, reaching_hand
+from folding_server.photographer.hand_model import Reach, cover_with, reaching_hand
+from folding_server.photographer.layer_rendering import Shading, paint_stack, throw_direction
 from folding_server.photographer.lighting import frame_lamp, lamp_light
 from folding_server.photographer.moments import Moment
+from folding_server.photographer.rng import stream
 from folding_server.photographer.sensor import expose
 from folding_server.photographer.session import Session
 from folding_server.photographer.sheet_texture import creased
-from folding_server.photographer.stacking import Shading, paint_stack, throw_direction
 from folding_server.photographer.table import seen_table
 from folding_server.simulator import Paper
 

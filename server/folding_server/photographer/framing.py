@@ -6,10 +6,10 @@ from functools import reduce
 import numpy as np
 from folding_schemas.actions import Action, Program
 
-from folding_server.photographer.camera import Camera
-from folding_server.photographer.scene import Drift
+from folding_server.geometry.line import Point
+from folding_server.photographer.photo_scene import Drift
+from folding_server.photographer.pinhole_camera import Camera
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Point
 
 BORDER = 0.05
 """Part of the picture's shorter side that stays free all round."""
@@ -37,7 +37,10 @@ def pivot_after(spot: Point, action: Action) -> Point:
 def middle(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:
     """Centre of the box around the paper in all keyframes, relative to their pivots."""
     points = np.vstack(
-        [np.array(list(paper.positions.values())) - spot for paper, spot in zip(papers, spots, strict=True)]
+        [
+            np.array(list(paper.folded_vertices_coords.values())) - spot
+            for paper, spot in zip(papers, spots, strict=True)
+        ]
     )
     x, y = (points.min(0) + points.max(0)) / 2
     return float(x), float(y)
@@ -70,7 +73,7 @@ def _fits(
     free = BORDER * min(size)
     for paper, drift, center in zip(papers, drifts, centers, strict=True):
         motion = drift.folded_to_table(center)
-        flat = np.array(list(paper.positions.values())) @ motion[:, :2].T + motion[:, 2]
+        flat = np.array(list(paper.folded_vertices_coords.values())) @ motion[:, :2].T + motion[:, 2]
         pixels = camera.project(np.column_stack([flat, np.zeros(len(flat))]))
         if (pixels < free).any() or (pixels > np.array(size) - free).any():
             return False

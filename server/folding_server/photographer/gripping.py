@@ -7,11 +7,11 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.camera import Camera, Matrix
-from folding_server.photographer.chance import stream
-from folding_server.photographer.hands import HOLD, LENGTH, SIDES, Hand, Reach, built_hand, hidden_share
+from folding_server.geometry.line import Point
+from folding_server.photographer.hand_model import HOLD, LENGTH, SIDES, Hand, Reach, built_hand, hidden_share
 from folding_server.photographer.movements import Movement, Slide, Swing
-from folding_server.simulator.plane_geometry import Point
+from folding_server.photographer.pinhole_camera import Camera, Matrix
+from folding_server.photographer.rng import stream
 
 EDGE = 0.03
 """How far from the outermost paper its edge may be held, and how far in, in sheet sides."""
@@ -22,9 +22,11 @@ UNDECIDED = 0.15
 def held(movement: Movement, rng: np.random.Generator) -> Point:
     """A spot of the moving paper at the edge, where it lay before the movement: far from the line it turns about."""
     if isinstance(movement, Slide):
-        return _corner(list(movement.before.positions.values()), rng)
+        return _corner(list(movement.before.folded_vertices_coords.values()), rng)
     points = [
-        m(movement.paper.places[v]) for f, m in movement.starts.items() for v in movement.paper.faces[f]
+        m(movement.paper.vertices_coords[v])
+        for f, m in movement.starts.items()
+        for v in movement.paper.faces[f]
     ]
     return _far_edge(movement, points, rng)
 

@@ -13,13 +13,13 @@ import numpy as np
 from folding_schemas.actions import Action, AddVertex, Fold, Program, Unfold
 
 from folding_server.errors import ActionRefused
-from folding_server.photographer.chance import stream
+from folding_server.geometry.line import Point, between
 from folding_server.photographer.levels import Level
 from folding_server.photographer.replaying import keyframe_papers
+from folding_server.photographer.rng import stream
 from folding_server.simulator import TOLERANCE, Paper, apply, new_paper
 from folding_server.simulator.fold import fold_line
 from folding_server.simulator.paper import edge_of
-from folding_server.simulator.plane_geometry import Point, between
 
 ATTEMPTS = (*((1.0, 1.0),) * 4, (0.5, 0.7), (0.5, 0.5), (0.2, 0.3), (0.0, 0.3), (0.0, 0.1), (0.0, 0.03))
 """Parts of the full errors of the sheet and of the folds that are tried, until the last step succeeds."""
@@ -50,13 +50,15 @@ class Hands:
     def carry_out(self, action: Action, off: float) -> Action:
         """Do an action on both; returns the one that the imprecise paper got. ``off`` in sheet sides."""
         done = self._carried_over(action, off)
-        before = set(self.exact.places), set(self.real.places)
+        before = set(self.exact.vertices_coords), set(self.real.vertices_coords)
         try:
             self.exact, self.real = apply(self.exact, action), apply(self.real, done)
         except ActionRefused as refusal:
             raise Spoilt from refusal
-        for v in sorted(set(self.exact.places) - before[0]):
-            self.twin[v] = _nearest(self.real, self.exact.places[v], set(self.real.places) - before[1])
+        for v in sorted(set(self.exact.vertices_coords) - before[0]):
+            self.twin[v] = _nearest(
+                self.real, self.exact.vertices_coords[v], set(self.real.vertices_coords) - before[1]
+            )
         return done
 
     def _carried_over(self, action: Action, off: float) -> Action:
@@ -69,9 +71,9 @@ class Hands:
             return action.model_copy(update={"edge": (u, v), "direction": self._direction(action, (u, v))})
         if isinstance(action, Unfold):
             return action.model_copy(update={"edge": (u, v)})
-        place = between(self.real.places[u], self.real.places[v], action.position)
+        place = between(self.real.vertices_coords[u], self.real.vertices_coords[v], action.position)
         edge = _edge_at(self.real, (u, v), place)
-        p, q = self.real.places[edge[0]], self.real.places[edge[1]]
+        p, q = self.real.vertices_coords[edge[0]], self.real.vertices_coords[edge[1]]
         length = dist(p, q)
         position = (dist(p, place) + off) / length
         least = min(0.5, 0.01 / length)
@@ -86,7 +88,7 @@ class Hands:
 
     def same_model(self) -> bool:
         """Whether every vertex still lies about where it does in the exact model."""
-        exact, real = self.exact.positions, self.real.positions
+        exact, real = self.exact.folded_vertices_coords, self.real.folded_vertices_coords
         return all(dist(exact[v], real[w]) <= SAME_MODEL for v, w in self.twin.items())
 
 
@@ -139,12 +141,12 @@ def _edge_at(paper: Paper, edge: tuple[int, int], place: Point) -> tuple[int, in
     """The edge itself, or where cuts have divided it the part that holds a place. Raises Spoilt."""
     if edge_of(*edge) in paper.edge_faces:
         return edge
-    u, v = (paper.places[w] for w in edge)
+    u, v = (paper.vertices_coords[w] for w in edge)
     along = (v[0] - u[0], v[1] - u[1])
     parts = [
         e if (q[0] - p[0]) * along[0] + (q[1] - p[1]) * along[1] > 0 else (e[1], e[0])
         for e in paper.edge_faces
-        for p, q in [(paper.places[e[0]], paper.places[e[1]])]
+        for p, q in [(paper.vertices_coords[e[0]], paper.vertices_coords[e[1]])]
         if all(dist(u, w) + dist(w, v) < dist(u, v) + TOLERANCE for w in (p, q))
         and dist(p, place) + dist(place, q) < dist(p, q) + TOLERANCE
     ]
@@ -155,8 +157,8 @@ def _edge_at(paper: Paper, edge: tuple[int, int], place: Point) -> tuple[int, in
 
 def _nearest(paper: Paper, place: tuple[float, float], fresh: set[int]) -> int:
     """The vertex nearest to a place on the sheet, a fresh one if any is near. Raises Spoilt."""
-    for candidates in (fresh, set(paper.places)):
-        near = _distances(paper.places, place, candidates)
+    for candidates in (fresh, set(paper.vertices_coords)):
+        near = _distances(paper.vertices_coords, place, candidates)
         if near and min(near)[0] <= SAME_PLACE:
             return min(near)[1]
     raise Spoilt

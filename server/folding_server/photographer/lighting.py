@@ -6,10 +6,10 @@ from math import cos, radians, sin
 import cv2
 import numpy as np
 
-from folding_server.photographer.colors import Floats, floats
+from folding_server.photographer.color_spaces import Floats, floats
 from folding_server.photographer.levels import Level
 from folding_server.photographer.moments import Moment, swaying
-from folding_server.photographer.scene import Scene
+from folding_server.photographer.photo_scene import Scene
 
 EXPOSURE = 0.93
 """Linear light of a white surface in the middle of the picture."""

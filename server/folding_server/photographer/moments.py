@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from folding_server.errors import PhotoError
-from folding_server.photographer.camera import Matrix
-from folding_server.photographer.chance import stream
+from folding_server.photographer.pinhole_camera import Matrix
+from folding_server.photographer.rng import stream
 
 MOST_BETWEEN = 30
 """Images that can be asked for between two keyframes."""

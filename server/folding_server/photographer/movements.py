@@ -6,12 +6,13 @@ from math import sqrt
 
 from folding_schemas.actions import Action, Fold, Program, Rotate
 
+from folding_server.geometry.isometry import Isometry, mirror, turn
+from folding_server.geometry.line import Line, Point
 from folding_server.photographer.framing import pivot_after
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.simulator.fold import fold_line
 from folding_server.simulator.motions import moved
-from folding_server.simulator.movement import moved_faces
-from folding_server.simulator.plane_geometry import Isometry, Line, Point, mirror, turn
+from folding_server.simulator.state_diff import moved_faces
 
 FLAT = 180.0
 """Degrees by which a part turns about its line until it lies flat again."""
@@ -53,7 +54,7 @@ class Slide:
 
     def motion(self, degrees: float) -> Isometry:
         """What a part of the turn does to folded places."""
-        points = self.before.positions.values()
+        points = self.before.folded_vertices_coords.values()
         center = sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
         return turn(degrees, center)
 
@@ -96,7 +97,7 @@ def _movement(action: Action, before: Paper, after: Paper) -> Movement:
         reflection = after.isometries[faces[0]].after(before.isometries[faces[0]].inverse())
         starts = {f: before.isometries[f] for f in faces}
     line = _towards(
-        _fixed_line(reflection), [starts[f](after.places[v]) for f in faces for v in after.faces[f]]
+        _fixed_line(reflection), [starts[f](after.vertices_coords[v]) for f in faces for v in after.faces[f]]
     )
     return Swing(action, before, after, starts, line, after.order[-1] in starts)
 

@@ -16,13 +16,13 @@ from folding_schemas.actions import Program
 from numpy.typing import NDArray
 
 from folding_server.errors import PhotoError
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import near_color
+from folding_server.photographer.color_spaces import near_color
 from folding_server.photographer.exposing import photo
-from folding_server.photographer.hands import Reach
+from folding_server.photographer.hand_model import Reach
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import level_named
 from folding_server.photographer.moments import Moment, checked_between
+from folding_server.photographer.rng import stream
 from folding_server.photographer.sensor import jpeg, png
 from folding_server.photographer.session import Session, prepare
 from folding_server.photographer.truth import NOTE, between_truth, frame_truth, scene_truth

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, floats, to_srgb
-from folding_server.photographer.scene import Scene
+from folding_server.photographer.color_spaces import Floats, floats, to_srgb
+from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.rng import stream
 
 
 def expose(light: Floats, scene: Scene, seed: int, frame: int) -> NDArray[np.uint8]:

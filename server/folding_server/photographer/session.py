@@ -6,22 +6,29 @@ from functools import partial
 import numpy as np
 from folding_schemas.actions import Program
 
-from folding_server.photographer.camera import Camera, Matrix
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats
+from folding_server.geometry.line import Point
+from folding_server.photographer.color_spaces import Floats
+from folding_server.photographer.flap_rotation import FlapRotationView
 from folding_server.photographer.framing import fitting_fraction, middle, pivots
-from folding_server.photographer.geometry import Placement, View, place
 from folding_server.photographer.gripping import arm_side, held
 from folding_server.photographer.levels import Level
 from folding_server.photographer.moments import Moment, moments
 from folding_server.photographer.movements import Movement, Slide, movements
+from folding_server.photographer.photo_scene import (
+    Drift,
+    Scene,
+    between_drifts,
+    compose,
+    drifts,
+    frame_camera,
+)
+from folding_server.photographer.pinhole_camera import Camera, Matrix
+from folding_server.photographer.placement import Placement, View, place
 from folding_server.photographer.replaying import keyframe_papers
-from folding_server.photographer.scene import Drift, Scene, between_drifts, compose, drifts, frame_camera
+from folding_server.photographer.rng import stream
 from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet
-from folding_server.photographer.swinging import SwingView
 from folding_server.photographer.table import table_texture
 from folding_server.simulator import Paper
-from folding_server.simulator.plane_geometry import Point
 
 WAY = (0.1, 0.4, 0.7)
 """Parts of a movement at which an arm is looked for that is clear of the paper."""
@@ -98,7 +105,7 @@ class Session:
         camera, motion = self.camera(moment), self._motion(moment)
         if isinstance(movement, Slide):
             return place(movement.turned(part * movement.degrees), camera, motion)
-        return SwingView(movement, part * movement.degrees, camera, motion)
+        return FlapRotationView(movement, part * movement.degrees, camera, motion)
 
     def _spot(self, moment: Moment, movement: Movement, part: float, spot: Point) -> Matrix:
         """Where a spot of the moving paper is over the table after a part of the movement: (3,)."""
@@ -106,7 +113,7 @@ class Session:
         if isinstance(movement, Slide):
             moved = movement.motion(part * movement.degrees)(spot)
             return np.array([*(motion @ [*moved, 1.0]), 0.0])
-        return SwingView(movement, part * movement.degrees, self.camera(moment), motion).point(spot)
+        return FlapRotationView(movement, part * movement.degrees, self.camera(moment), motion).point(spot)
 
 
 def prepare(program: Program, seed: int, level: Level, size: tuple[int, int], between: int) -> Session:

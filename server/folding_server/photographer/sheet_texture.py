@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from folding_server.photographer.camera import Matrix
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, floats, linear_color
-from folding_server.photographer.scene import Scene
+from folding_server.photographer.color_spaces import Floats, floats, linear_color
+from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.pinhole_camera import Matrix
+from folding_server.photographer.rng import stream
 from folding_server.simulator import Paper
 
 if TYPE_CHECKING:
@@ -95,9 +95,9 @@ def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Floats, Floats]:
     flanks = []
     for side in (-1, 1):
         mask: NDArray[np.uint8] = np.zeros(sheet.front.shape[:2], np.uint8)
-        for (u, v), letter in paper.edges():
-            if letter != "B":
-                ends = _texture_points(sheet, [paper.places[u], paper.places[v]])
+        for (u, v), assignment in paper.edges():
+            if assignment != "B":
+                ends = _texture_points(sheet, [paper.vertices_coords[u], paper.vertices_coords[v]])
                 along = ends[1] - ends[0]
                 normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
                 p, q = (

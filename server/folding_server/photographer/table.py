@@ -5,10 +5,10 @@ from typing import cast
 import cv2
 import numpy as np
 
-from folding_server.photographer.camera import Camera, Matrix
-from folding_server.photographer.chance import stream
-from folding_server.photographer.colors import Floats, floats, linear_color
-from folding_server.photographer.scene import Scene
+from folding_server.photographer.color_spaces import Floats, floats, linear_color
+from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.pinhole_camera import Camera, Matrix
+from folding_server.photographer.rng import stream
 
 SIDE = 1200
 REACH = 2.4

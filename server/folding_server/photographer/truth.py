@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from folding_schemas.actions import Action
 
-from folding_server.photographer.camera import Matrix
-from folding_server.photographer.geometry import Placement, View
-from folding_server.photographer.hands import Reach
+from folding_server.photographer.hand_model import Reach
 from folding_server.photographer.moments import Moment
 from folding_server.photographer.movements import Movement, Swing
-from folding_server.photographer.scene import Drift, Scene
+from folding_server.photographer.photo_scene import Drift, Scene
+from folding_server.photographer.pinhole_camera import Matrix
+from folding_server.photographer.placement import Placement, View
 from folding_server.simulator import Paper
 
 NOTE = (
@@ -98,7 +98,7 @@ def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
     plain = action.model_dump(mode="json", exclude_none=True)
     edge = plain.get("edge")
     if edge is not None:
-        plain["at"] = [_rounded(before.places.get(v) or after.places[v], 6) for v in edge]
+        plain["at"] = [_rounded(before.vertices_coords.get(v) or after.vertices_coords[v], 6) for v in edge]
     return plain
 
 
@@ -113,10 +113,10 @@ def _hand(reach: Reach) -> dict[str, Any]:
 
 
 def _state(paper: Paper) -> dict[str, Any]:
-    positions = paper.positions
+    positions = paper.folded_vertices_coords
     return {
         "vertices": {
-            str(v): {"sheet": _rounded(paper.places[v], 6), "folded": _rounded(positions[v], 6)}
+            str(v): {"sheet": _rounded(paper.vertices_coords[v], 6), "folded": _rounded(positions[v], 6)}
             for v in sorted(positions)
         },
         "faces": {str(f): list(paper.faces[f]) for f in sorted(paper.faces)},

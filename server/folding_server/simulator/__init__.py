@@ -1,13 +1,13 @@
 """The folding simulator: pure geometry, no I/O. Every action takes a paper and returns a new one."""
 
-from folding_server.simulator.actions import apply, replay
+from folding_server.geometry.tolerance import TOLERANCE
+from folding_server.simulator.apply import apply, replay
 from folding_server.simulator.fold import fold
+from folding_server.simulator.folded_state import folded_state
 from folding_server.simulator.motions import flip, rotate
-from folding_server.simulator.movement import moved_faces
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.plane_geometry import TOLERANCE
 from folding_server.simulator.planes import layers_of_planes, overlapping_pairs
-from folding_server.simulator.state import folded_state
+from folding_server.simulator.state_diff import moved_faces
 from folding_server.simulator.unfold import unfold
 from folding_server.simulator.vertices import add_vertex
 

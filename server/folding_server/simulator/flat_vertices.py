@@ -8,8 +8,9 @@ tolerance, each adds to what the faces around it disagree by on its place. Such 
 from collections.abc import Iterable
 from math import atan2, hypot, pi
 
+from folding_server.geometry.line import Point
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Point
 
 DRIFT = 4 * TOLERANCE
 """How far faces may disagree on a place, since a vertex of each fold through it may be off by the tolerance."""
@@ -38,7 +39,7 @@ def torn_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
         if not touched.isdisjoint(cycle):
             motion = paper.isometries[face]
             for v in touched.intersection(cycle):
-                found[v].append(motion(paper.places[v]))
+                found[v].append(motion(paper.vertices_coords[v]))
     return next((v for v in sorted(touched) if _spread(found[v]) > DRIFT), None)
 
 
@@ -49,20 +50,20 @@ def _spread(points: list[Point]) -> float:
 
 
 def _lies_flat(paper: Paper, vertex: int, edges: list[Edge]) -> bool:
-    letters = [paper.letter(edge) for edge in edges]
-    if "B" in letters:
+    assignments = [paper.edge_assignment(edge) for edge in edges]
+    if "B" in assignments:
         return True
-    folded = [edge for edge, letter in zip(edges, letters, strict=True) if letter != "F"]
+    folded = [edge for edge, assignment in zip(edges, assignments, strict=True) if assignment != "F"]
     if not folded:
         return True
-    mountains = letters.count("M")
+    mountains = assignments.count("M")
     return abs(2 * mountains - len(folded)) == 2 and _balanced(paper, vertex, folded)
 
 
 def _balanced(paper: Paper, vertex: int, folded: list[Edge]) -> bool:
     """Kawasaki's theorem at a vertex."""
-    x, y = paper.places[vertex]
-    arms = [paper.places[u if v == vertex else v] for u, v in folded]
+    x, y = paper.vertices_coords[vertex]
+    arms = [paper.vertices_coords[u if v == vertex else v] for u, v in folded]
     shortest = min(hypot(px - x, py - y) for px, py in arms)
     turns = sorted(atan2(py - y, px - x) for px, py in arms)
     alternate = sum(turns[i + 1] - turns[i] for i in range(0, len(turns), 2))

@@ -7,10 +7,12 @@ face that lies over a moving part (paper cannot pass through the paper above it)
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
-from folding_server.simulator.cutting import Cutting
+from folding_server.geometry.isometry import mirror
+from folding_server.geometry.line import Line, line_through
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
+from folding_server.simulator.fold_builder import FoldBuilder
 from folding_server.simulator.paper import Crease, Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Line, line_through, mirror
 from folding_server.simulator.planes import planes
 from folding_server.simulator.vertices import known_vertices
 
@@ -23,7 +25,7 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
     whole model over.
     """
     line = fold_line(paper, edge, direction)
-    cutting = Cutting(paper, line)
+    cutting = FoldBuilder(paper, line)
     cutting.move_with(_seeds(paper, edge, direction, cutting))
     if len(cutting.moving) == len(cutting.faces):
         raise ActionRefused(
@@ -59,7 +61,7 @@ def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
             f"Direction {direction!r} is unknown; give +1 (upper or right side moves) or -1 (the other)."
         )
     u, v = edge
-    p, q = paper.positions[u], paper.positions[v]
+    p, q = paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]
     dx, dy = q[0] - p[0], q[1] - p[1]
     if max(abs(dx), abs(dy)) <= TOLERANCE:
         raise ActionRefused(
@@ -74,7 +76,7 @@ def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
     return line
 
 
-def _seeds(paper: Paper, edge: Edge, direction: int, cutting: "Cutting") -> list[int]:
+def _seeds(paper: Paper, edge: Edge, direction: int, cutting: "FoldBuilder") -> list[int]:
     """The faces that start the moving set: the first rule of three that names any."""
     u, v = edge
     for face in reversed(paper.order):
@@ -93,7 +95,7 @@ def _seeds(paper: Paper, edge: Edge, direction: int, cutting: "Cutting") -> list
     )
 
 
-def _plane_through(paper: Paper, edge: Edge, cutting: "Cutting") -> list[int]:
+def _plane_through(paper: Paper, edge: Edge, cutting: "FoldBuilder") -> list[int]:
     """The faces with area on the moving side of the topmost plane that has both vertices and is crossed by the line."""
     rank = paper.rank
     best: list[int] = []
@@ -107,7 +109,7 @@ def _plane_through(paper: Paper, edge: Edge, cutting: "Cutting") -> list[int]:
     return sorted(touching, key=rank.__getitem__)
 
 
-def _turned_over(paper: Paper, cutting: "Cutting", edge: Edge) -> tuple[Paper, list[Edge]]:
+def _turned_over(paper: Paper, cutting: "FoldBuilder", edge: Edge) -> tuple[Paper, list[Edge]]:
     """The paper with the moving faces mirrored, in reversed order on top, and the edges that turned, put on record."""
     number = paper.folds + 1
     reflection = mirror(cutting.line)
@@ -123,7 +125,7 @@ def _turned_over(paper: Paper, cutting: "Cutting", edge: Edge) -> tuple[Paper, l
     stays, turns = cutting.stacks(paper.order)
     folded = replace(
         paper,
-        places=cutting.places,
+        vertices_coords=cutting.vertices_coords,
         faces=cutting.faces,
         isometries=isometries,
         order=(*stays, *reversed(turns)),

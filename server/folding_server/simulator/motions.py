@@ -4,8 +4,8 @@ from dataclasses import replace
 from math import isfinite
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.isometry import Isometry, turn
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, turn
 
 FLIP_AXES = ("x", "y", "y=x", "y=-x")
 
@@ -17,7 +17,7 @@ def rotate(paper: Paper, angle: float) -> Paper:
     """
     if not isfinite(angle):
         raise ActionRefused(f"Angle {angle} is not a number of degrees; give a finite one such as 45 or -90.")
-    points = paper.positions.values()
+    points = paper.folded_vertices_coords.values()
     center = sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
     return moved(paper, turn(angle, center))
 

@@ -1,6 +1,6 @@
 """The folded sheet as one immutable record, and the questions that can be asked of it.
 
-The crease pattern is kept at all times (``places`` and ``faces``); each face carries the isometry that takes it from
+The crease pattern is kept at all times (``vertices_coords`` and ``faces``); each face carries the isometry that takes it from
 the sheet to where it lies now, so its shape never changes. The stack is one total order of the faces, bottom to top.
 """
 
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
+from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.line import Point
 
 Edge = tuple[int, int]
 """Two vertex ids, smaller first."""
@@ -35,7 +36,7 @@ class Crease(NamedTuple):
 class Paper:
     """A flat-folded sheet of ``sheet`` = (width, height).
 
-    ``places``       vertex id -> place on the unfolded sheet
+    ``vertices_coords``  vertex id -> its place in the crease pattern, on the unfolded sheet
     ``faces``        face id -> its convex boundary as a cycle of vertex ids
     ``isometries``   face id -> motion from the sheet to the folded place; a mirror if the back is up
     ``order``        all faces, bottom to top
@@ -45,7 +46,7 @@ class Paper:
     """
 
     sheet: tuple[float, float]
-    places: Mapping[int, Point]
+    vertices_coords: Mapping[int, Point]
     faces: Mapping[int, tuple[int, ...]]
     isometries: Mapping[int, Isometry]
     order: tuple[int, ...]
@@ -75,9 +76,9 @@ class Paper:
         return owner
 
     @cached_property
-    def positions(self) -> Mapping[int, Point]:
+    def folded_vertices_coords(self) -> Mapping[int, Point]:
         """Vertex -> its folded position."""
-        return {v: self.isometries[f](self.places[v]) for v, f in self.vertex_face.items()}
+        return {v: self.isometries[f](self.vertices_coords[v]) for v, f in self.vertex_face.items()}
 
     @cached_property
     def rank(self) -> Mapping[int, int]:
@@ -86,12 +87,12 @@ class Paper:
 
     def polygon(self, face: int) -> list[Point]:
         """The folded outline of a face, in the order of its cycle."""
-        motion, places = self.isometries[face], self.places
+        motion, places = self.isometries[face], self.vertices_coords
         return [motion(places[v]) for v in self.faces[face]]
 
     def sheet_polygon(self, face: int) -> list[Point]:
         """The outline of a face on the unfolded sheet."""
-        return [self.places[v] for v in self.faces[face]]
+        return [self.vertices_coords[v] for v in self.faces[face]]
 
     def back_up(self, face: int) -> bool:
         """Whether the back of the sheet is up at a face."""
@@ -102,7 +103,7 @@ class Paper:
         beside = self.edge_faces[edge]
         return len(beside) == 2 and self.back_up(beside[0]) != self.back_up(beside[1])
 
-    def letter(self, edge: Edge) -> str:
+    def edge_assignment(self, edge: Edge) -> str:
         """B, F, M or V of an edge, relative to the front of the sheet, so that a flip never changes it."""
         beside = self.edge_faces[edge]
         if len(beside) == 1:
@@ -114,7 +115,7 @@ class Paper:
 
     def edges(self) -> Iterator[tuple[Edge, str]]:
         """All edges with their letters, in a fixed order."""
-        return ((edge, self.letter(edge)) for edge in sorted(self.edge_faces))
+        return ((edge, self.edge_assignment(edge)) for edge in sorted(self.edge_faces))
 
 
 def new_paper(sheet: tuple[float, float] = (1.0, 1.0)) -> Paper:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from folding_server.simulator.joining import joined
+from folding_server.geometry.convex import bounding_box, boxes_meet, overlap
+from folding_server.geometry.union_find import joined
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Point, overlap
 
 
 def planes(paper: Paper) -> list[list[int]]:
@@ -36,19 +36,6 @@ def overlapping_pairs(paper: Paper) -> list[tuple[int, int]]:
 
 if TYPE_CHECKING:
     import networkx as nx
-
-Box = tuple[float, float, float, float]
-
-
-def bounding_box(outline: list[Point]) -> Box:
-    """(left, bottom, right, top) of an outline."""
-    xs, ys = [p[0] for p in outline], [p[1] for p in outline]
-    return min(xs), min(ys), max(xs), max(ys)
-
-
-def boxes_meet(a: Box, b: Box) -> bool:
-    """Whether two boxes have a point in common."""
-    return a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]
 
 
 def layers_of_planes(paper: Paper) -> list[list[list[int]]]:

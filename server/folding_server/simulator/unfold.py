@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.convex import bounding_box, boxes_meet, overlap
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Line
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
-from folding_server.simulator.plane_geometry import Isometry, Line, overlap
-from folding_server.simulator.planes import bounding_box, boxes_meet
 from folding_server.simulator.vertices import known_vertices
 
 
@@ -93,7 +94,7 @@ def fold_of(paper: Paper, edge: Edge) -> int:
         ends = {w for e, r in paper.creases.items() if r.fold == number for w in e}
         if {u, v} <= ends or edge_of(*paper.fold_edges[number]) == key:
             return number
-    creases = ", ".join(f"[{a}, {b}]" for (a, b), letter in paper.edges() if letter in "MV")
+    creases = ", ".join(f"[{a}, {b}]" for (a, b), assignment in paper.edges() if assignment in "MV")
     raise ActionRefused(f"[{u}, {v}] is not a folded crease; the folded creases are {creases or 'none'}.")
 
 
@@ -109,7 +110,7 @@ def _hinge(paper: Paper, number: int) -> Hinge:
     longest = max(folded, key=lambda e: _length(paper, e))
     reflection = _reflection(paper, longest)
     for e in edges:
-        ends = [motion(paper.places[v]) for v in e for motion in _motions(paper, e)]
+        ends = [motion(paper.vertices_coords[v]) for v in e for motion in _motions(paper, e)]
         if any(_gap(reflection(p), p) > 2 * DRIFT for p in ends):
             raise ActionRefused(
                 f"{_name(paper, number)} cannot be undone: {_bender(paper, number)} has bent its crease at edge "
@@ -119,7 +120,7 @@ def _hinge(paper: Paper, number: int) -> Hinge:
 
 
 def _length(paper: Paper, edge: Edge) -> float:
-    return _gap(paper.places[edge[0]], paper.places[edge[1]])
+    return _gap(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
 
 
 def _gap(p: tuple[float, float], q: tuple[float, float]) -> float:

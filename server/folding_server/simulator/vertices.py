@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.line import between
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.paper import Edge, Paper, edge_of
-from folding_server.simulator.plane_geometry import TOLERANCE, between
 
 
 def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:
@@ -15,7 +16,7 @@ def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:
     joins, and a position outside 0 to 1 or so near an end that it is that end.
     """
     u, v = known_edge(paper, edge)
-    p, q = paper.places[u], paper.places[v]
+    p, q = paper.vertices_coords[u], paper.vertices_coords[v]
     length = ((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2) ** 0.5
     if not 0 <= position <= 1:
         raise ActionRefused(f"Position {position:g} is outside edge [{u}, {v}]; give a fraction from 0 to 1.")
@@ -24,14 +25,19 @@ def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:
             raise ActionRefused(
                 f"Position {position:g} on edge [{u}, {v}] is vertex {end} itself; use that vertex instead."
             )
-    new = max(paper.places) + 1
+    new = max(paper.vertices_coords) + 1
     faces, creases = dict(paper.faces), dict(paper.creases)
     for face in paper.edge_faces[edge_of(u, v)]:
         faces[face] = insert_vertex(faces[face], u, v, new)
     record = creases.pop(edge_of(u, v), None)
     if record is not None:
         creases[edge_of(u, new)] = creases[edge_of(new, v)] = record
-    return replace(paper, places={**paper.places, new: between(p, q, position)}, faces=faces, creases=creases)
+    return replace(
+        paper,
+        vertices_coords={**paper.vertices_coords, new: between(p, q, position)},
+        faces=faces,
+        creases=creases,
+    )
 
 
 def insert_vertex(cycle: tuple[int, ...], u: int, v: int, new: int) -> tuple[int, ...]:
@@ -45,9 +51,9 @@ def insert_vertex(cycle: tuple[int, ...], u: int, v: int, new: int) -> tuple[int
 def known_vertices(paper: Paper, vertices: Iterable[int]) -> None:
     """Raise ActionRefused naming the first vertex that the paper does not have."""
     for v in vertices:
-        if v not in paper.places:
+        if v not in paper.vertices_coords:
             raise ActionRefused(
-                f"There is no vertex {v}; the vertices are {listed(paper.places)}. Use add_vertex to make a new one."
+                f"There is no vertex {v}; the vertices are {listed(paper.vertices_coords)}. Use add_vertex to make a new one."
             )
 
 

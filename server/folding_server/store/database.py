@@ -39,7 +39,7 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from sqlalchemy.schema import CreateTable
 
 from folding_server.errors import RunError
-from folding_server.store.events import EVENT, FORMAT, Event
+from folding_server.store.run_events import EVENT, FORMAT, Event
 
 DATABASE_NAME = "runs.sqlite3"
 """The file that holds the runs of a data folder."""

@@ -22,7 +22,7 @@ import math
 from folding_schemas.actions import Action, AddVertex, Rotate
 
 from folding_server.errors import RunError
-from folding_server.store.events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
 from folding_server.store.views import Attempt, RunView
 
 MAX_NOTES = 10_000

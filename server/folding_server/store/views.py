@@ -29,7 +29,7 @@ from types import MappingProxyType
 from folding_schemas.actions import Action, Program
 from folding_schemas.results import AttemptOutcome
 
-from folding_server.store.events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
 
 Actions = tuple[Action, ...]
 

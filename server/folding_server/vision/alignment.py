@@ -7,8 +7,9 @@ from math import hypot, inf, log, sqrt
 
 import numpy as np
 
+from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
 from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished, scale_of
 from folding_server.vision.fitting.scene import Scene, Stack, stack_of
 from folding_server.vision.grid import Grid

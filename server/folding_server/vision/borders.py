@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.geometry.convex import Polygon
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Polygon
 from folding_server.simulator.planes import planes
 from folding_server.vision.grid import Grid
 from folding_server.vision.raster import draw_values

@@ -7,8 +7,8 @@ from math import pi
 import cv2
 import numpy as np
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.colours import Image
 from folding_server.vision.grid import Grid

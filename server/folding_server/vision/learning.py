@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.frames.colors import color_rgb
+from folding_server.frames.color_names import color_rgb
 from folding_server.vision.appearance import Look, Palette, coordinates
 from folding_server.vision.colours import (
     Image,

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.comparison import Match
 from folding_server.vision.grid import Grid

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.geometry.convex import Polygon
+from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Polygon
 from folding_server.vision.grid import Floats, Grid, Indices
 from folding_server.vision.labels import BACK, FRONT, Labels
 

@@ -57,8 +57,8 @@ def lettered(flat: FlatFaces) -> Iterator[Pair]:
     A valley has the front sides inside: the other face lies on the front of each. A mountain, on the back.
     """
     for crease in flat.creases:
-        if crease.letter in "MV":
-            left_below = (crease.letter == "V") != flat.mirrored[crease.left]
+        if crease.assignment in "MV":
+            left_below = (crease.assignment == "V") != flat.mirrored[crease.left]
             yield (crease.left, crease.right) if left_below else (crease.right, crease.left)
 
 

@@ -8,8 +8,8 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.simulator.foldability.pattern import CreasePattern, Letter
-from folding_server.simulator.foldability.planar import edge_faces
+from folding_server.geometry.planar import edge_faces
+from folding_server.simulator.foldability.pattern import Assignment, CreasePattern
 
 Floats = NDArray[np.float64]
 Edge = tuple[int, int]
@@ -23,14 +23,14 @@ class Crease:
     """An edge between two faces, ``left`` of u -> v on the sheet and ``right`` of it."""
 
     edge: Edge
-    letter: Letter
+    assignment: Assignment
     left: int
     right: int
 
     @property
     def folded(self) -> bool:
         """Whether the two faces lie on top of each other at this crease."""
-        return self.letter in FOLDED
+        return self.assignment in FOLDED
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ def creases_of(pattern: CreasePattern) -> list[Crease]:
         for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True)
     }
     found = []
-    for (u, v), letter in zip(pattern.edges, pattern.letters, strict=True):
-        joins = len(set(beside.get((min(u, v), max(u, v)), ()))) == 2 and letter != "B"
+    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+        joins = len(set(beside.get((min(u, v), max(u, v)), ()))) == 2 and assignment != "B"
         if joins and (u, v) in leaves and (v, u) in leaves:
-            found.append(Crease((u, v), letter, leaves[u, v], leaves[v, u]))
+            found.append(Crease((u, v), assignment, leaves[u, v], leaves[v, u]))
     return found
 
 

@@ -50,7 +50,7 @@ def _outline(pattern: CreasePattern) -> set[int]:
 
 
 def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> Iterator[LocalViolation]:
-    mountains, valleys, free = (sum(c.letter == letter for c in folded) for letter in "MVU")
+    mountains, valleys, free = (sum(c.assignment == assignment for c in folded) for assignment in "MVU")
     if not folded:
         return
     if len(folded) % 2:

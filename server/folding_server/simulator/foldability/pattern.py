@@ -6,13 +6,13 @@ from functools import cached_property
 from typing import Literal, get_args
 
 from folding_server.errors import ProgramError
-from folding_server.simulator.foldability.planar import boundary_cycles
+from folding_server.geometry.planar import boundary_cycles
 from folding_server.simulator.paper import Paper
 
-Letter = Literal["B", "M", "V", "F", "U"]
+Assignment = Literal["B", "M", "V", "F", "U"]
 """Boundary, mountain, valley, flat (a mark), or a crease whose direction is not given."""
 
-LETTERS: Mapping[str, Letter] = {letter: letter for letter in get_args(Letter)}
+ASSIGNMENTS: Mapping[str, Assignment] = {assignment: assignment for assignment in get_args(Assignment)}
 
 Edge = tuple[int, int]
 Cycle = tuple[int, ...]
@@ -24,23 +24,23 @@ class CreasePattern:
 
     ``vertices``  (x, y) of each vertex, in any unit
     ``edges``     pairs of indices into ``vertices``
-    ``letters``   one for each edge
+    ``edges_assignment``   one for each edge
     ``faces``     boundary cycles of vertex indices; empty if they are to be found from the edges
     ``names``     what each vertex is called in messages; its index if empty
     """
 
     vertices: tuple[tuple[float, float], ...]
     edges: tuple[Edge, ...]
-    letters: tuple[Letter, ...]
+    edges_assignment: tuple[Assignment, ...]
     faces: tuple[Cycle, ...] = ()
     names: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if len(self.letters) != len(self.edges):
+        if len(self.edges_assignment) != len(self.edges):
             raise ProgramError(
-                f"There are {len(self.edges)} edges but {len(self.letters)} letters; give one letter for each edge."
+                f"There are {len(self.edges)} edges but {len(self.edges_assignment)} letters; give one letter for each edge."
             )
-        odd = sorted(set(self.letters) - set(LETTERS))
+        odd = sorted(set(self.edges_assignment) - set(ASSIGNMENTS))
         if odd:
             raise ProgramError(f"The letter {odd[0]!r} is unknown; use B, M, V, F or U.")
         loop = next((i for i, (u, v) in enumerate(self.edges) if u == v), None)
@@ -65,13 +65,13 @@ class CreasePattern:
 
 def pattern_of(paper: Paper) -> CreasePattern:
     """The crease pattern of a paper; faces in ascending order of id, vertices called by theirs."""
-    ids = sorted(paper.places)
+    ids = sorted(paper.vertices_coords)
     index = {v: i for i, v in enumerate(ids)}
     edges = list(paper.edges())
     return CreasePattern(
-        vertices=tuple(paper.places[v] for v in ids),
+        vertices=tuple(paper.vertices_coords[v] for v in ids),
         edges=tuple((index[u], index[v]) for (u, v), _ in edges),
-        letters=tuple(LETTERS[letter] for _, letter in edges),
+        edges_assignment=tuple(ASSIGNMENTS[assignment] for _, assignment in edges),
         faces=tuple(tuple(index[v] for v in paper.faces[f]) for f in sorted(paper.faces)),
         names=tuple(ids),
     )

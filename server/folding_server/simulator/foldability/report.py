@@ -4,16 +4,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 
+from folding_server.geometry.planar import crossing_edges
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.foldability.constraints import conditions, lettered
 from folding_server.simulator.foldability.equations import ContradictionError, Pair
 from folding_server.simulator.foldability.flat_faces import FOLDED, FlatFaces, creases_of, lay_flat
 from folding_server.simulator.foldability.local import LocalViolation, local_violations
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
-from folding_server.simulator.foldability.planar import crossing_edges
 from folding_server.simulator.foldability.search import count_orders, first_order
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import TOLERANCE
 
 CAP = 1000
 """How many layer orders are counted by default."""
@@ -83,9 +83,9 @@ def _not_a_pattern(pattern: CreasePattern) -> Iterator[str]:
         first, second = (_edge_name(pattern, pattern.edges[i]) for i in crossing)
         yield f"Edges {first} and {second} meet without a common vertex, so the pattern is not planar."
     joined = {crease.edge for crease in creases_of(pattern)}
-    for edge, letter in zip(pattern.edges, pattern.letters, strict=True):
-        if letter in FOLDED and edge not in joined:
-            yield f"Crease {_edge_name(pattern, edge)} ({letter}) does not lie between two faces, so it cannot be folded."
+    for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+        if assignment in FOLDED and edge not in joined:
+            yield f"Crease {_edge_name(pattern, edge)} ({assignment}) does not lie between two faces, so it cannot be folded."
 
 
 def _edge_name(pattern: CreasePattern, edge: tuple[int, int]) -> str:

@@ -45,7 +45,7 @@ def letter_violations(sheet: Measured) -> Iterator[Violation]:
     """
     given = dict(sheet.paper.edges())
     for edge in sheet.edges:
-        expected = letter(sheet, edge)
+        expected = assignment(sheet, edge)
         if given.get(edge) != expected:
             yield Violation(
                 "letter",
@@ -56,7 +56,7 @@ def letter_violations(sheet: Measured) -> Iterator[Violation]:
     yield from _parity_violations(sheet, given)
 
 
-def letter(sheet: Measured, edge: EdgeKey) -> str:
+def assignment(sheet: Measured, edge: EdgeKey) -> str:
     """The letter of an edge by the stack and the two orientations."""
     beside = sheet.edges[edge]
     if len(beside) != 2:
@@ -67,7 +67,7 @@ def letter(sheet: Measured, edge: EdgeKey) -> str:
     return "M" if sheet.mirrored[lower] else "V"
 
 
-def _parity_violations(sheet: Measured, letters: dict[EdgeKey, str]) -> Iterator[Violation]:
+def _parity_violations(sheet: Measured, assignments: dict[EdgeKey, str]) -> Iterator[Violation]:
     """Walk from face to face counting folded creases; every face must be reached with one parity, its orientation."""
     beside: dict[int, list[tuple[int, EdgeKey]]] = {face: [] for face in sheet.paper.faces}
     for edge in sheet.inner:
@@ -79,7 +79,7 @@ def _parity_violations(sheet: Measured, letters: dict[EdgeKey, str]) -> Iterator
     while queue:
         face = queue.pop()
         for other, edge in beside[face]:
-            reached = parity[face] != (letters.get(edge) in FOLDED)
+            reached = parity[face] != (assignments.get(edge) in FOLDED)
             if other not in parity:
                 parity[other] = reached
                 queue.append(other)
@@ -106,7 +106,7 @@ def vertex_violations(sheet: Measured) -> Iterator[Violation]:
         if any(len(sheet.edges[edge]) != 2 for edge in edges):
             continue
         creases = [edge for edge in edges if sheet.turned(edge)]
-        mountains = sum(letter(sheet, edge) == "M" for edge in creases)
+        mountains = sum(assignment(sheet, edge) == "M" for edge in creases)
         difference = 2 * mountains - len(creases)
         if creases and abs(difference) != 2:
             yield Violation(
@@ -123,8 +123,8 @@ def _kawasaki_violations(sheet: Measured, vertex: int, creases: list[EdgeKey]) -
     """Alternate angles must add up to half a turn, to within what the tilt turns the shortest crease by."""
     if not creases:
         return
-    x, y = sheet.paper.places[vertex]
-    arms = [sheet.paper.places[u if v == vertex else v] for u, v in creases]
+    x, y = sheet.paper.vertices_coords[vertex]
+    arms = [sheet.paper.vertices_coords[u if v == vertex else v] for u, v in creases]
     directions = sorted(atan2(v - y, u - x) for u, v in arms)
     angles = np.diff([*directions, directions[0] + tau])
     allowed = EXACT + len(creases) * TILT / min(hypot(u - x, v - y) for u, v in arms)

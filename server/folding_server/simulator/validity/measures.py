@@ -71,7 +71,7 @@ class Measured:
 
 def measure(paper: Paper) -> Measured:
     """The arrays of a paper whose record is sound (see ``sheet.record_violations``)."""
-    flat = {f: np.array([paper.places[v] for v in cycle], float) for f, cycle in paper.faces.items()}
+    flat = {f: np.array([paper.vertices_coords[v] for v in cycle], float) for f, cycle in paper.faces.items()}
     folded = {f: carried(flat[f], tuple(paper.isometries[f])) for f in paper.faces}
     mirrored = {f: determinant(tuple(paper.isometries[f])) < 0 for f in paper.faces}
     return Measured(paper, flat, folded, mirrored, beside_edges(paper.faces))

@@ -14,7 +14,7 @@ from folding_server.simulator.validity.violation import Violation, listed
 def record_violations(paper: Paper) -> Iterator[Violation]:
     """Whether the record hangs together: known vertices, a motion for each face, each face once in the stack."""
     for face, cycle in paper.faces.items():
-        unknown = [v for v in cycle if v not in paper.places]
+        unknown = [v for v in cycle if v not in paper.vertices_coords]
         if unknown:
             yield Violation("record", f"Face {face} has unknown vertices {listed(unknown)}.", (face,))
         if len(cycle) < 3 or len(set(cycle)) < len(cycle):
@@ -27,7 +27,7 @@ def record_violations(paper: Paper) -> Iterator[Violation]:
         yield Violation(
             "record", f"The stack does not list every face once; look at faces {listed(odd)}.", odd
         )
-    idle = tuple(sorted(set(paper.places) - {v for cycle in paper.faces.values() for v in cycle}))
+    idle = tuple(sorted(set(paper.vertices_coords) - {v for cycle in paper.faces.values() for v in cycle}))
     if idle:
         yield Violation("record", f"Vertices {listed(idle)} are on no face.", vertices=idle)
 
@@ -79,7 +79,9 @@ def _outline_violations(sheet: Measured) -> Iterator[Violation]:
     width, height = sheet.paper.sheet
     outline = shapely.linearrings([(0, 0), (width, 0), (width, height), (0, height)])
     single = [edge for edge, beside in sheet.edges.items() if len(beside) == 1]
-    ends = np.array([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in single]).reshape(-1, 2, 2)
+    ends = np.array(
+        [[sheet.paper.vertices_coords[u], sheet.paper.vertices_coords[v]] for u, v in single]
+    ).reshape(-1, 2, 2)
     probes = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1)
     away = shapely.distance(shapely.points(probes), outline).max(axis=1)
     for index in np.flatnonzero(away > EXACT):
@@ -103,7 +105,9 @@ def planar_violations(sheet: Measured) -> Iterator[Violation]:
                 "planar", f"Edge {edge[0]}-{edge[1]} lies between {len(beside)} faces.", beside, (edge,)
             )
     edges = list(sheet.edges)
-    segments = shapely.linestrings([[sheet.paper.places[u], sheet.paper.places[v]] for u, v in edges])
+    segments = shapely.linestrings(
+        [[sheet.paper.vertices_coords[u], sheet.paper.vertices_coords[v]] for u, v in edges]
+    )
     for first, second in shapely.STRtree(segments).query(segments, predicate="intersects").T:
         if first < second and not set(edges[first]) & set(edges[second]):
             yield Violation(

@@ -7,7 +7,8 @@ from math import atan2, cos, degrees, exp, hypot, radians, sin
 
 import numpy as np
 
-from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Point
 from folding_server.vision.fitting.scene import Image, Scene, Stack, soft
 from folding_server.vision.grid import Floats
 from folding_server.vision.labels import Labels

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point
 from folding_server.vision.grid import Grid, Indices
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels

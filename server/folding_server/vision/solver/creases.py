@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import dist
 
-from folding_server.simulator.plane_geometry import Line, Point, line_through
+from folding_server.geometry.line import Line, Point, line_through
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 
 SHORTEST = 0.05

@@ -10,9 +10,9 @@ from functools import cached_property, reduce
 import cv2
 import numpy as np
 
-from folding_server.simulator.movement import origins
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
+from folding_server.simulator.state_diff import origins
 from folding_server.vision.borders import Borders, value_of, visible_borders
 from folding_server.vision.fitting.alignment import inverse_of
 from folding_server.vision.fitting.scene import Image, Mask, Scene

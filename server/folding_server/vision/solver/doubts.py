@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import dist
 
-from folding_server.simulator.movement import origins
+from folding_server.geometry.convex import area
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Point, area
+from folding_server.simulator.state_diff import origins
 from folding_server.vision.solver.plan import Plan
 
 VISIBLE = 0.003

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Point
 from folding_server.vision.fitting.alignment import nudged
 from folding_server.vision.fitting.scene import Image, Scene, Stack
 from folding_server.vision.labels import BACK, BACKGROUND, Labels

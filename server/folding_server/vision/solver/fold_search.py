@@ -10,8 +10,9 @@ from itertools import islice
 
 import numpy as np
 
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished, scale_of
 from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.labels import Labels

@@ -11,7 +11,8 @@ from math import degrees
 import cv2
 import numpy as np
 
-from folding_server.simulator.plane_geometry import Isometry, Point
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Point
 from folding_server.vision.fitting.alignment import nudged
 from folding_server.vision.fitting.scene import Image, Mask, Scene, Stack, spread_over
 from folding_server.vision.grid import Floats

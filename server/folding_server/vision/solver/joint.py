@@ -6,8 +6,8 @@ the second in place, both creases and the drift are moved at once until all of t
 
 from dataclasses import dataclass, replace
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.alignment import Vector, nudged, polished, scale_of
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import Labels

@@ -11,17 +11,10 @@ from math import dist
 
 import numpy as np
 
+from folding_server.geometry.convex import SPECK, area, clip, overlap
+from folding_server.geometry.isometry import mirror
+from folding_server.geometry.line import Line, Point, line_through
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import (
-    SPECK,
-    Line,
-    Point,
-    area,
-    clip,
-    line_through,
-    mirror,
-    overlap,
-)
 from folding_server.vision.fitting.scene import Mask, Stack
 from folding_server.vision.grid import Floats
 
@@ -127,7 +120,7 @@ class Leaves:
 
     def _joined(self) -> list[tuple[Pair, Sequence[Point]]]:
         """Faces joined by an edge, both ways, and that edge."""
-        positions, rank = self.paper.positions, self.paper.rank
+        positions, rank = self.paper.folded_vertices_coords, self.paper.rank
         return [
             ((rank[face], rank[other]), (positions[u], positions[v]))
             for (u, v), beside in self.paper.edge_faces.items()

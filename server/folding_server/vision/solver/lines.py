@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line, Point
 from folding_server.vision.fitting.alignment import carried, inverse_of
 from folding_server.vision.fitting.scene import Mask, Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
@@ -29,7 +30,7 @@ LONG_SIDE = 0.15
 
 def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
     """The folded positions of the vertices, coincident ones once, (n, 2)."""
-    points = np.array(sorted(paper.positions.values()))
+    points = np.array(sorted(paper.folded_vertices_coords.values()))
     kept: list[npt.NDArray[np.float64]] = []
     for p in points:
         if all(np.hypot(*(p - q)) > SAME for q in kept):
@@ -74,7 +75,7 @@ def _between_pairs(points: Floats) -> tuple[Lines, Lines]:
 def _side_middles(paper: Paper) -> Floats:
     """The folded middles of the sides of the sheet and of what earlier vertices left of them, (n, 2)."""
     sides = [edge for edge, beside in paper.edge_faces.items() if len(beside) == 1]
-    ends = np.array([(paper.positions[u], paper.positions[v]) for u, v in sides])
+    ends = np.array([(paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]) for u, v in sides])
     return np.asarray(ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > LONG_SIDE].mean(axis=1)).reshape(
         -1, 2
     )
@@ -82,7 +83,7 @@ def _side_middles(paper: Paper) -> Floats:
 
 def edge_lines(paper: Paper) -> Lines:
     """The line of each edge as it lies now."""
-    positions = paper.positions
+    positions = paper.folded_vertices_coords
     rows = []
     for u, v in paper.edge_faces:
         (px, py), (qx, qy) = positions[u], positions[v]

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from folding_server.simulator.plane_geometry import Isometry
+from folding_server.geometry.isometry import Isometry
 from folding_server.vision.fitting.alignment import Freedom, align, scale_of, turned_between
 from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.solver.inner_edges import inner_lines

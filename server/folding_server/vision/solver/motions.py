@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from math import dist
 
+from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, Point
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
 from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.solver.drift import Range, drifts

@@ -7,8 +7,8 @@ from math import ceil, floor
 import cv2
 import numpy as np
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.grid import Floats, Grid

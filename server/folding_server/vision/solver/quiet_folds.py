@@ -9,8 +9,10 @@ from math import pi
 import cv2
 import numpy as np
 
+from folding_server.geometry.convex import clip
+from folding_server.geometry.isometry import Isometry, mirror
+from folding_server.geometry.line import Line, line_through
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Line, clip, line_through, mirror
 from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
 from folding_server.vision.fitting.scene import Scene, Views, stack_of
 from folding_server.vision.raster import draw_touched

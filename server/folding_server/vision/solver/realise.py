@@ -8,10 +8,11 @@ from math import dist
 from folding_schemas.actions import Action, AddVertex, Direction, Fold
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.line import Line, Point, between, line_through
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator import apply
-from folding_server.simulator.movement import turned_faces
 from folding_server.simulator.paper import Edge, Paper
-from folding_server.simulator.plane_geometry import TOLERANCE, Line, Point, between, line_through
+from folding_server.simulator.state_diff import turned_faces
 from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
 
 Actions = tuple[Action, ...]
@@ -122,7 +123,7 @@ def _once(met: list[Meeting]) -> list[Meeting]:
 def _fold_through(paper: Paper, first: Meeting, second: Meeting, line: Line) -> Actions:
     """The actions that add what vertices are missing and fold."""
     added = [m.added for m in (first, second) if m.added is not None]
-    fresh = iter(range(max(paper.places) + 1, max(paper.places) + 3))
+    fresh = iter(range(max(paper.vertices_coords) + 1, max(paper.vertices_coords) + 3))
     u, v = (next(fresh) if m.vertex is None else m.vertex for m in (first, second))
     return (*added, Fold(edge=(u, v), direction=_direction(paper, added, (u, v), line)))
 
@@ -135,9 +136,9 @@ def _starting_faces(paper: Paper, moving: MovingSet) -> list[int]:
 def _meetings(paper: Paper, face: int, line: Line, *, exact: bool) -> Iterator[Meeting]:
     """Where a line meets a face's boundary: vertices on it or nearly so, else points to add."""
     cycle = paper.faces[face]
-    near = {v for v in cycle if abs(line.distance(paper.positions[v])) <= AT_VERTEX}
+    near = {v for v in cycle if abs(line.distance(paper.folded_vertices_coords[v])) <= AT_VERTEX}
     for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
-        p, q = paper.positions[u], paper.positions[v]
+        p, q = paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]
         if u in near:
             yield Meeting(u, None, line.ny * p[0] - line.nx * p[1], abs(line.distance(p)))
         before, after = line.distance(p), line.distance(q)
@@ -168,7 +169,7 @@ def _direction(paper: Paper, added: list[AddVertex], ends: Edge, line: Line) -> 
     """The direction that moves the side a line's normal points to, as ``fold`` reads it off its two vertices."""
     for action in added:
         paper = apply(paper, action)
-    p, q = paper.positions[ends[0]], paper.positions[ends[1]]
+    p, q = paper.folded_vertices_coords[ends[0]], paper.folded_vertices_coords[ends[1]]
     named = line_through(p, q)
     same_side = named.nx * line.nx + named.ny * line.ny > 0
     vertical = abs(q[0] - p[0]) <= TOLERANCE * abs(q[1] - p[1])

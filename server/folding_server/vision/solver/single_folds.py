@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from folding_schemas.results import ActionClass
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.alignment import scale_of
 from folding_server.vision.fitting.scene import Stack, Views, stack_of
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from folding_server.geometry.isometry import Isometry, turn
+from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry, Point, turn
 from folding_server.vision.fitting.alignment import carried, inverse_of
 from folding_server.vision.fitting.scene import Mask, spread_over
 from folding_server.vision.grid import Floats

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from folding_server.geometry.line import line_through
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import line_through
 from folding_server.vision.grid import Floats
 
 REACH = 0.01
@@ -36,13 +36,14 @@ def sheet_axes(paper: Paper) -> Floats:
     rows = []
     for u, v in paper.edge_faces:
         (ux, uy), (vx, vy) = (
-            (x / width - 0.5, y / height - 0.5) for x, y in (paper.places[u], paper.places[v])
+            (x / width - 0.5, y / height - 0.5)
+            for x, y in (paper.vertices_coords[u], paper.vertices_coords[v])
         )
         along = [(ux, vx), (uy, vy)]
         if width == height:
             along += [(ux - uy, vx - vy), (ux + uy, vx + vy)]
         if any(max(abs(a), abs(b)) < SAME_PLACE for a, b in along):
-            rows.append(line_through(paper.positions[u], paper.positions[v]))
+            rows.append(line_through(paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]))
     return np.array(rows).reshape(-1, 3)
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Views, stack_of
 from folding_server.vision.solver.doubts import doubted

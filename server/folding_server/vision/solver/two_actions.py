@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import Isometry
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.joint import FoldMade, TwoFolds

@@ -6,9 +6,9 @@ from math import atan2, degrees
 from folding_schemas.actions import Action, Flip, FlipAxis, Rotate, Unfold
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.plane_geometry import IDENTITY, Isometry, turn
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
 from folding_server.vision.fitting.scene import Scene, Stack, stack_of
 from folding_server.vision.solver.plan import Plan

@@ -1,0 +1,154 @@
+"""Many sequences: a run folder for each, finished ones skipped, unfinished ones continued."""
+
+import asyncio
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from folding_client.interrupts import Interrupt, UsageError
+from folding_client.progress import Silent
+from folding_client.reconstruct import Job, new_job, reconstruct, resumed_job
+from folding_client.record.folder import RunFolder
+from folding_client.record.redaction import redact
+from folding_client.settings import Settings
+
+
+@dataclass(frozen=True)
+class BatchEntry:
+    """How one sequence fared: ``status`` is complete, skipped (was complete before), stopped or failed."""
+
+    sequence: str
+    status: str
+    reason: str
+    frames_saved: int
+    frames: int
+    seconds: float
+    run: str
+
+
+class Listener:
+    """Is told of every sequence that ends; does nothing of itself."""
+
+    def ended(self, line: BatchEntry) -> None:
+        """A sequence ended."""
+
+
+def sequences_of(source: Path) -> list[Path]:
+    """The sequence folders in a folder, in order of name, or those that a manifest lists, one a line or as
+    JSON.
+
+    UsageError if there are none, or two have the same name.
+    """
+    found = _in_folder(source) if source.is_dir() else _in_manifest(source)
+    if not found:
+        message = (
+            f"{source} holds no sequence; name a folder of folders with keyframes.json, or a list of "
+            "such folders."
+        )
+        raise UsageError(message)
+    names = [folder.resolve().name for folder in found]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        message = (
+            f"{source} lists two sequences named {twice[0]}; their runs would share a folder, so rename one."
+        )
+        raise UsageError(message)
+    return found
+
+
+async def run_batch(
+    sequences: Sequence[Path], out: Path, settings: Settings, jobs: int, listener: Listener
+) -> list[BatchEntry]:
+    """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation
+    ends all and leaves each resumable.
+    """
+    room = asyncio.Semaphore(jobs)
+    async with asyncio.TaskGroup() as group:
+        tasks = [
+            group.create_task(_told_line(sequence, out, settings, room, listener)) for sequence in sequences
+        ]
+    return [task.result() for task in tasks]
+
+
+async def _told_line(
+    sequence: Path, out: Path, settings: Settings, room: asyncio.Semaphore, listener: Listener
+) -> BatchEntry:
+    """The line of a sequence, worked on when there is room; the listener hears of it."""
+    async with room:
+        line = await batch_entry(sequence, out / sequence.resolve().name, settings)
+        listener.ended(line)
+        return line
+
+
+async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> BatchEntry:
+    """Reconstruct one sequence into its run folder, or go on with it, and say how it fared."""
+    name = sequence.resolve().name
+    try:
+        if (done := _finished(folder, sequence, settings)) is not None:
+            return done
+        outcome = await reconstruct(_job(sequence, folder, settings), Silent())
+    except Interrupt as error:
+        return BatchEntry(name, "failed", redact(str(error)), 0, 0, 0.0, str(folder))
+    summary = outcome.run["outcome"]
+    return BatchEntry(
+        name,
+        outcome.status,
+        redact(outcome.reason),
+        summary["frames_saved"],
+        summary["frames"],
+        summary["seconds"],
+        str(folder),
+    )
+
+
+def _job(sequence: Path, folder: Path, settings: Settings) -> Job:
+    return (
+        resumed_job(folder, sequence, settings)
+        if (folder / "run.json").exists()
+        else new_job(sequence, folder, settings)
+    )
+
+
+def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | None:
+    """The line of a run that is complete and is what is asked for."""
+    if not (folder / "run.json").exists():
+        return None
+    about = RunFolder(folder).description()
+    summary = about["outcome"]
+    if summary["status"] != "complete":
+        return None
+    if about["models"]["agent"] != settings.model:
+        message = (
+            f"{folder} was made with model {about['models']['agent']}, not {settings.model}; choose "
+            "another --out."
+        )
+        raise UsageError(message)
+    return BatchEntry(
+        sequence.resolve().name,
+        "skipped",
+        "",
+        summary["frames_saved"],
+        summary["frames"],
+        summary["seconds"],
+        str(folder),
+    )
+
+
+def _in_folder(source: Path) -> list[Path]:
+    if (source / "keyframes.json").is_file():
+        return [source]
+    return sorted(file.parent for file in source.glob("*/keyframes.json"))
+
+
+def _in_manifest(source: Path) -> list[Path]:
+    try:
+        text = source.read_text(encoding="utf-8")
+        listed = json.loads(text) if text.lstrip().startswith("[") else text.splitlines()
+    except OSError as error:
+        message = f"Cannot read {source}: {error.strerror}. Name a folder of sequences, or a list of folders."
+        raise UsageError(message) from error
+    except ValueError as error:
+        message = f"{source} is not a list of folders: {error}."
+        raise UsageError(message) from error
+    paths = [str(entry).strip() for entry in listed]
+    return [source.parent / path for path in paths if path and not path.startswith("#")]

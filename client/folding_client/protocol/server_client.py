@@ -1,0 +1,197 @@
+"""The folding server as the client uses it: typed questions, one run, every call on record, one restart."""
+
+import base64
+import time
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from typing import Any, TextIO, TypeVar
+
+from folding_schemas.actions import Action
+from folding_schemas.results import RunInfo
+from folding_schemas.wire import Wire
+from mcp import MCPError
+from mcp.types import CallToolResult, ImageContent, TextContent
+from pydantic import ValidationError
+
+from folding_client.interrupts import ServerGone, ToolRefused
+from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, ToolSpec
+from folding_client.protocol.connection import Connection, ConnectionLost, ServerAddress
+from folding_client.protocol.picture_subjects import subject_of
+from folding_client.protocol.recovery import Standing, carried_out
+from folding_client.record.recorder import Recorder
+from folding_client.record.redaction import without_keys
+
+Answer = TypeVar("Answer", bound=Wire)
+
+
+class ServerClient:
+    """Calls the tools of a folding server for one run, which every call names.
+
+    A server that dies is started again once and the run goes on from its store; the call that it took with it
+    is sent again unless the store shows that it was carried out. ServerGone if it dies twice in a row.
+    """
+
+    def __init__(self, address: ServerAddress, recorder: Recorder, log: TextIO) -> None:
+        self.run_id: str | None = None
+        self._address = address
+        self._recorder = recorder
+        self._log = log
+        self._connection = Connection(address, log)
+        self._standing = Standing()
+        self._losses = 0
+
+    @property
+    def version(self) -> str:
+        """The server's version as it states it."""
+        return self._connection.server_version
+
+    def specs(self) -> list[ToolSpec]:
+        """Every tool of the server as it can be offered to a model: without ``run_id``, which the client
+        fills in.
+        """
+        return [
+            ToolSpec(
+                tool.name,
+                tool.description or "",
+                _without_run_id(tool.input_schema),
+                bool(tool.annotations and tool.annotations.read_only_hint),
+            )
+            for tool in self._connection.tools
+        ]
+
+    async def start(self) -> None:
+        """Connect. ServerGone if the server does not start."""
+        try:
+            await self._connection.open()
+        except ConnectionLost as error:
+            what = f"cannot be reached at {self._address.url}" if self._address.url else "does not start"
+            message = f"The folding server {what} ({error}); see server.log in the run folder."
+            raise ServerGone(message) from error
+
+    async def close(self) -> None:
+        """Disconnect."""
+        await self._connection.close()
+
+    async def open_run(self, sequence: str | None, run_id: str | None = None) -> RunInfo:
+        """Open a new run on a sequence, or an earlier one again."""
+        arguments = {"sequence": sequence} if run_id is None else {"run_id": run_id}
+        info, _ = await self.ask(RunInfo, "open_run", **arguments)
+        self.run_id = info.run_id
+        return info
+
+    @asynccontextmanager
+    async def another_run(self, sequence: str | None) -> AsyncIterator[None]:
+        """Within the context, calls go to a fresh run of a sequence; afterwards to the run at hand again."""
+        kept = self.run_id, self._standing
+        self.run_id = None
+        try:
+            await self.open_run(sequence)
+            yield
+        finally:
+            self.run_id, self._standing = kept
+
+    async def where(self) -> RunInfo:
+        """Where the run stands."""
+        return (await self.ask(RunInfo, "get_run"))[0]
+
+    async def act(self, action: Action) -> ToolResult:
+        """Carry out a folding action for the client itself."""
+        arguments = action.model_dump(mode="json", exclude_none=True, exclude={"action"})
+        return await self.call(action.action, arguments)
+
+    async def ask(
+        self, kind: type[Answer], tool: str, **arguments: object
+    ) -> tuple[Answer, tuple[Picture, ...]]:
+        """A call of the client's own: its answer as a model, with its pictures. ToolRefused if it is
+        refused.
+        """
+        result = await self.call(tool, arguments)
+        if result.is_error:
+            raise ToolRefused(result.text)
+        try:
+            return kind.model_validate(result.structured), result.pictures
+        except ValidationError as error:
+            message = (
+                f"The folding server's answer to {tool} is not a {kind.__name__}: {error.errors()[0]['msg']}."
+            )
+            raise ServerGone(message) from error
+
+    async def call(
+        self, name: str, arguments: Mapping[str, Any], by: str = "client", call: ToolCall | None = None
+    ) -> ToolResult:
+        """Call a tool on behalf of the agent or the client. ServerGone if the server died twice in a row."""
+        full = without_keys(arguments if self.run_id is None else {**arguments, "run_id": self.run_id})
+        while True:
+            self._recorder.call(by, call, name, full)
+            started = time.monotonic()
+            try:
+                result = await self._send(name, full)
+            except ConnectionLost as loss:
+                settled = await self._recover(str(loss), name, full)
+                if settled is None:
+                    continue
+                result = settled
+            else:
+                self._losses = 0
+            self._standing = self._standing.after(name, result)
+            self._recorder.result(by, name, result, time.monotonic() - started)
+            return result
+
+    async def _send(self, name: str, arguments: JsonObject) -> ToolResult:
+        try:
+            return tool_result(await self._connection.call(name, arguments), name, arguments)
+        except MCPError as error:
+            return ToolResult(error.message, is_error=True)
+        except RuntimeError as error:
+            message = f"The folding server's answer to {name} does not fit its own schema: {error}."
+            raise ServerGone(message) from error
+
+    async def _recover(self, why: str, name: str, arguments: JsonObject) -> ToolResult | None:
+        """Start the server again and see what became of the call it died on; None if it must be sent
+        again.
+        """
+        self._losses += 1
+        self._recorder.event("server_lost", reason=why, call=name, in_a_row=self._losses)
+        if self._losses > 1:
+            message = f"The folding server ended twice in a row ({why}); the run can be resumed."
+            raise ServerGone(message)
+        await self._connection.close()
+        self._connection = Connection(self._address, self._log)
+        await self.start()
+        if self.run_id is None:
+            return None
+        return await self._settle(name, arguments)
+
+    async def _settle(self, name: str, arguments: JsonObject) -> ToolResult | None:
+        try:
+            reopened = await self._send("open_run", {"run_id": self.run_id})
+            if reopened.is_error:
+                message = f"The folding server does not know the run any more: {reopened.text}"
+                raise ServerGone(message)
+            info = RunInfo.model_validate(reopened.structured)
+            state = await self._send("get_current_state", {"run_id": self.run_id})
+        except ConnectionLost as loss:
+            message = f"The folding server ended twice in a row ({loss}); the run can be resumed."
+            raise ServerGone(message) from loss
+        settled = carried_out(name, arguments, self._standing, info, state.structured or {})
+        self._recorder.event("server_restarted", pending=len(info.pending), carried_out=settled is not None)
+        return settled
+
+
+def tool_result(answer: CallToolResult, name: str, arguments: JsonObject) -> ToolResult:
+    """A tool's answer as the client knows it, its pictures named by what they show."""
+    texts = [block.text for block in answer.content if isinstance(block, TextContent)]
+    images = [block for block in answer.content if isinstance(block, ImageContent)]
+    pictures = tuple(
+        Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))
+        for index, image in enumerate(images)
+    )
+    data = answer.structured_content
+    detail = texts[-1] if data is not None and len(texts) > 1 else ""
+    return ToolResult("\n".join(texts), data, pictures, bool(answer.is_error), detail)
+
+
+def _without_run_id(schema: JsonObject) -> JsonObject:
+    properties = {key: value for key, value in schema.get("properties", {}).items() if key != "run_id"}
+    required = [key for key in schema.get("required", []) if key != "run_id"]
+    return {**schema, "properties": properties, "required": required}

@@ -1,0 +1,1 @@
+"""The models beside the agent, each in its role: critic, overview critic, selector."""

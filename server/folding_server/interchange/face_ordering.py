@@ -1,0 +1,135 @@
+"""A paper from a crease pattern, the motions of its faces and which face lies over which."""
+
+import heapq
+from collections.abc import Iterable, Mapping, Sequence
+
+from folding_server.errors import ProgramError
+from folding_server.geometry.convex import overlap
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Line, line_through
+from folding_server.interchange.crease_pattern import turned_round
+from folding_server.interchange.flat_motions import ROUNDED
+from folding_server.simulator import overlapping_pairs
+from folding_server.simulator.foldability import CreasePattern
+from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+
+Relation = set[tuple[int, int]]
+
+
+def stacked(
+    pattern: CreasePattern, motions: Sequence[Isometry], relation: Relation, vertex_ids: Sequence[int]
+) -> Paper:
+    """The paper whose faces lie as ``motions`` says, stacked so that (lower, upper) in ``relation`` holds.
+
+    Faces take ids from 1 by index. Neighbours across a folded crease may be left out of the relation: the
+    letter of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
+    in a circle.
+    """
+    sheet = max(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
+    places = {v: pattern.vertices[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))}
+    faces = {i + 1: turned_round([vertex_ids[v] for v in cycle]) for i, cycle in enumerate(pattern.faces)}
+    isometries = {i + 1: motion for i, motion in enumerate(motions)}
+    loose = Paper(sheet, places, faces, isometries, tuple(faces), {}, 0, {})
+    assignments = {
+        edge_of(vertex_ids[u], vertex_ids[v]): assignment
+        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+    }
+    order = _order(loose, {(low + 1, high + 1) for low, high in relation}, assignments)
+    ordered = Paper(sheet, places, faces, isometries, order, {}, 0, {})
+    creases, fold_edges = _folds(ordered)
+    return Paper(sheet, places, faces, isometries, order, creases, len(fold_edges), fold_edges)
+
+
+def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tuple[int, ...]:
+    """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
+    known = {frozenset(pair) for pair in given}
+    relation = given | {pair for pair in _by_letters(paper, assignments) if frozenset(pair) not in known}
+    order = _topological(paper.faces, relation)
+    _check_all_ordered(paper, order, relation)
+    return order
+
+
+def _by_letters(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
+    """(lower, upper) across each folded crease: the lower face has its front up at a valley."""
+    for edge, beside in paper.edge_faces.items():
+        assignment = assignments.get(edge)
+        if assignment in ("M", "V") and paper.is_folded(edge):
+            front, back = sorted(beside, key=paper.back_up)
+            yield (front, back) if assignment == "V" else (back, front)
+
+
+def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
+    """The faces in an order in which every lower face comes first; smallest id first at a choice."""
+    above: dict[int, list[int]] = {}
+    below = dict.fromkeys(faces, 0)
+    for low, high in relation:
+        above.setdefault(low, []).append(high)
+        below[high] += 1
+    ready = [face for face, count in below.items() if count == 0]
+    heapq.heapify(ready)
+    order = []
+    while ready:
+        face = heapq.heappop(ready)
+        order.append(face)
+        for high in above.get(face, ()):
+            below[high] -= 1
+            if below[high] == 0:
+                heapq.heappush(ready, high)
+    if len(order) < len(below):
+        stuck = sorted(face - 1 for face in below if face not in set(order))
+        raise ProgramError(
+            f"The face orders go round in a circle through faces {', '.join(map(str, stuck[:6]))} "
+            "(numbered from 0); "
+            "check faceOrders, and whether the file follows another convention for their signs."
+        )
+    return tuple(order)
+
+
+def _check_all_ordered(paper: Paper, order: Sequence[int], relation: Relation) -> None:
+    """Every pair that clearly overlaps must be ordered, directly or through the faces between."""
+    above: dict[int, set[int]] = {face: set() for face in order}
+    direct: dict[int, list[int]] = {}
+    for low, high in relation:
+        direct.setdefault(low, []).append(high)
+    for face in reversed(order):
+        for high in direct.get(face, ()):
+            above[face] |= above[high] | {high}
+    for f, g in overlapping_pairs(paper):
+        ordered = g in above[f] or f in above[g]
+        if not ordered and overlap(paper.polygon(f), paper.polygon(g), ROUNDED):
+            raise ProgramError(
+                f"Faces {f - 1} and {g - 1} (numbered from 0) overlap when folded, but neither "
+                "faceOrders nor the "
+                "letters say which is on top; add faceOrders, or check the pattern for foldability to "
+                "find an order."
+            )
+
+
+def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]]:
+    """Records for unfolding: folded creases on one line are taken as one fold, the upper face as the mover.
+
+    Folds are numbered by the height of what they moved, so that the newest lies on top.
+    """
+    groups: list[tuple[Line, list[Edge]]] = []
+    for edge in sorted(paper.edge_faces):
+        if paper.is_folded(edge):
+            line = line_through(paper.folded_vertices_coords[edge[0]], paper.folded_vertices_coords[edge[1]])
+            for other, edges in groups:
+                if all(abs(other.distance(paper.folded_vertices_coords[v])) <= ROUNDED for v in edge):
+                    edges.append(edge)
+                    break
+            else:
+                groups.append((line, [edge]))
+    lines = sorted(
+        (edges for _, edges in groups), key=lambda edges: max(paper.rank[_mover(paper, e)] for e in edges)
+    )
+    creases = {
+        edge: Crease(number, _mover(paper, edge), None)
+        for number, edges in enumerate(lines, 1)
+        for edge in edges
+    }
+    return creases, {number: edges[0] for number, edges in enumerate(lines, 1)}
+
+
+def _mover(paper: Paper, edge: Edge) -> int:
+    return max(paper.edge_faces[edge], key=paper.rank.__getitem__)

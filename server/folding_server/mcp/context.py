@@ -1,0 +1,181 @@
+"""The desk: what the tools share.
+
+It finds the run that a call means, and the paper and the photos that go with it.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
+
+from mcp.server.mcpserver import Context
+
+from folding_server.errors import RunError
+from folding_server.mcp.services.observer_cache import ObserverCache
+from folding_server.mcp.services.replay_cache import ReplayCache
+from folding_server.simulator import Paper
+from folding_server.store.rules import check_same_sequence
+
+if TYPE_CHECKING:
+    from folding_server.frames.sequences import Library, Sequence
+    from folding_server.store.run_store import RunStore
+    from folding_server.store.views import RunView
+
+
+@dataclass(frozen=True)
+class ServerSettings:
+    """What a server is started with.
+
+    ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
+    are served from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process:
+    then every call has to name its run.
+    """
+
+    data: Path
+    database: str | None = None
+    sequences: tuple[Path, ...] = ()
+    shared: bool = False
+
+
+class AppContext:
+    """The shared state of one server process.
+
+    Runs live in the store; here are only caches, locks and the newest run. The store and the library are
+    opened when first asked for, so that a server starts without what they load.
+    """
+
+    def __init__(self, settings: ServerSettings) -> None:
+        self.settings = settings
+        self.replays = ReplayCache()
+        self.observers = ObserverCache()
+        self._store: RunStore | None = None
+        self._library: Library | None = None
+        self._newest: str | None = None
+        self._turns: defaultdict[str, Lock] = defaultdict(Lock)
+        self._guard = Lock()
+
+    @property
+    def store(self) -> "RunStore":
+        """The store of all runs. RunError if its database cannot be used."""
+        from folding_server.store.run_store import RunStore  # noqa: PLC0415  (loads SQLAlchemy)
+
+        with self._guard:
+            if self._store is None:
+                url = self.settings.database
+                self._store = RunStore(url) if url else RunStore.in_folder(self.settings.data)
+            return self._store
+
+    @property
+    def library(self) -> "Library":
+        """The sequences that may be served. PhotoError if one of their folders is missing."""
+        from folding_server.frames.sequences import Library  # noqa: PLC0415  (loads numpy and Pillow)
+
+        with self._guard:
+            if self._library is None:
+                self._library = Library(self.settings.sequences)
+            return self._library
+
+    def prepare(self) -> None:
+        """Open the store and the library now, so that what is wrong with them shows before anyone calls."""
+        _ = self.store, self.library
+
+    def open(self, sequence: str | None) -> "RunView":
+        """Start a run of a sequence, or a free fold. PhotoError if there is no such sequence."""
+        from folding_server.diagram.palette import colors_of  # noqa: PLC0415  (loads shapely)
+
+        if sequence is None:
+            free = colors_of(None, None)
+            return self._open(self.store.create(front_color=free.front, back_color=free.back))
+        photos = self.library.open(sequence)
+        colors = colors_of(photos.front_color, photos.back_color)
+        return self._open(
+            self.store.create(
+                sequence=photos.name,
+                frames=photos.frame_count,
+                fingerprint=photos.fingerprint(),
+                front_color=colors.front,
+                back_color=colors.back,
+            )
+        )
+
+    def resume(self, run_id: str, sequence: str | None = None) -> "RunView":
+        """Take up a run again.
+
+        RunError if there is none, or it is of another sequence, or its photos have changed.
+        """
+        run = self.store.load(run_id)
+        if sequence is not None and sequence != run.sequence:
+            kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
+            raise RunError(f"Run {run_id} is {kind}, not of {sequence!r}; leave sequence out to resume it.")
+        if run.sequence is not None:
+            check_same_sequence(run, self.library.open(run.sequence).fingerprint())
+        return self._open(run)
+
+    def run(self, run_id: str | None) -> "RunView":
+        """The run that a call means, as it stands.
+
+        RunError if it is unknown, or none is named and none is meant.
+        """
+        return self.store.load(run_id if run_id is not None else self._meant())
+
+    @contextmanager
+    def holding(self, run_id: str | None) -> Iterator["RunView"]:
+        """Like ``run``, while other calls that would change the same run wait their turn."""
+        named = run_id if run_id is not None else self._meant()
+        with self._guard:
+            turn = self._turns[named]
+        with turn:
+            yield self.store.load(named)
+
+    def paper(self, run: "RunView") -> Paper:
+        """The current state of a run."""
+        return self.replays.after(run.sheet, run.actions)
+
+    def sequence(self, run: "RunView") -> "Sequence":
+        """The photos of a run. RunError for a free fold."""
+        if run.sequence is None:
+            raise RunError(
+                f"Run {run.run_id} is a free fold without photos; call open_run with a sequence to have some."
+            )
+        return self.library.open(run.sequence)
+
+    def close(self) -> None:
+        """Give back the database's connections."""
+        with self._guard:
+            if self._store is not None:
+                self._store.close()
+                self._store = None
+
+    def __enter__(self) -> Self:
+        """Nothing is opened yet."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the store."""
+        self.close()
+
+    def _open(self, run: "RunView") -> "RunView":
+        self._newest = run.run_id
+        return run
+
+    def _meant(self) -> str:
+        """The run opened last in this process. RunError where that says nothing."""
+        if self.settings.shared:
+            raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")
+        if self._newest is None:
+            raise RunError(
+                "No run has been opened since the server started; call open_run, or pass a run_id."
+            )
+        return self._newest
+
+
+ToolContext: TypeAlias = Context[AppContext, Any]
+"""What a tool is told about the call it answers; it holds the app context."""
+
+
+def app_context(ctx: ToolContext) -> AppContext:
+    """The desk of the server that a call reached."""
+    return ctx.request_context.lifespan_context

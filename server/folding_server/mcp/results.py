@@ -1,0 +1,47 @@
+"""Wrapping an answer for the wire: a short text, the structured model (also as JSON text), any pictures."""
+
+import base64
+from collections.abc import Sequence
+from typing import Protocol
+
+from folding_schemas.wire import Wire
+from mcp.types import CallToolResult, ContentBlock, ImageContent, TextContent
+
+IMAGE_LIMIT = 800_000
+"""The most bytes that the images of one answer may have together, as they travel (base64).
+
+Hosts that read answers as server-sent events refuse an event of more than 1 MiB.
+"""
+
+
+class Shown(Protocol):
+    """A picture ready to send: encoded bytes and their MIME type."""
+
+    @property
+    def data(self) -> bytes:
+        """The encoded image."""
+
+    @property
+    def mime(self) -> str:
+        """Its MIME type, such as image/jpeg."""
+
+
+def call_tool_result(text: str, model: Wire, *pictures: Shown) -> CallToolResult:
+    """One answer: ``text``, then the model as JSON for hosts that read text alone, then the pictures."""
+    images = [_image(picture) for picture in pictures]
+    _check_size(images)
+    content: list[ContentBlock] = [TextContent(text=text), TextContent(text=model.model_dump_json()), *images]
+    return CallToolResult(content=content, structured_content=model.model_dump(mode="json"))
+
+
+def _image(picture: Shown) -> ImageContent:
+    """A picture as image content."""
+    return ImageContent(data=base64.b64encode(picture.data).decode("ascii"), mime_type=picture.mime)
+
+
+def _check_size(images: Sequence[ImageContent]) -> None:
+    """ValueError above the limit, which no answer of ours may reach."""
+    size = sum(len(image.data) for image in images)
+    if size > IMAGE_LIMIT:
+        message = f"images of {size} bytes are over the limit of {IMAGE_LIMIT} for one answer"
+        raise ValueError(message)

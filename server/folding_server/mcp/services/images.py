@@ -1,0 +1,68 @@
+"""The pictures that several tools show: diagrams of papers, and panels made of photos and diagrams."""
+
+from collections.abc import Sequence as ListOf
+from typing import TYPE_CHECKING
+
+from folding_server.simulator import Paper
+
+if TYPE_CHECKING:
+    from folding_server.frames.image_files import Picture, Rgb
+    from folding_server.frames.sequences import Sequence
+    from folding_server.store.views import RunView
+
+DIAGRAM_SIZE = 768
+"""Side of a diagram in pixels."""
+
+SMALL_SIZE = 480
+"""Side in pixels of a diagram among others."""
+
+PHOTO_BESIDE_OTHERS = 180_000
+"""The most bytes of a photo that travels with other pictures."""
+
+
+def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> str:
+    """A paper in the colours of its run, as SVG."""
+    from folding_server.diagram.drawing import draw_svg  # noqa: PLC0415  (loads shapely)
+    from folding_server.diagram.palette import colors_of  # noqa: PLC0415
+
+    return draw_svg(paper, colors_of(run.front_color, run.back_color), labels, size)
+
+
+def diagram(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> "Picture":
+    """A paper in the colours of its run, as PNG."""
+    from folding_server.diagram.rasterise import rasterise  # noqa: PLC0415
+    from folding_server.frames.image_files import Picture  # noqa: PLC0415
+
+    png = rasterise(diagram_svg(run, paper, labels=labels, size=size), size)
+    return Picture(png, "image/png", size, size)
+
+
+def photo_beside_others(photos: "Sequence", frame: int) -> "Picture":
+    """A keyframe's photo, small enough to travel with three more pictures.
+
+    PhotoError if there is no such frame.
+    """
+    from folding_server.frames.image_files import MODEL_SIDE, encode_for_model  # noqa: PLC0415
+
+    pixels = photos.source.read(photos.index(frame), MODEL_SIDE)
+    return encode_for_model(pixels, MODEL_SIDE, PHOTO_BESIDE_OTHERS)
+
+
+def overview(photos: ListOf["Rgb"], diagrams: ListOf["Picture | None"], captions: ListOf[str]) -> "Picture":
+    """Photos above, diagrams below (blank where there is none), as one JPEG that a model can read."""
+    from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
+    from folding_server.frames.panels import columns  # noqa: PLC0415
+
+    panel = columns(photos, [_pixels(drawn) for drawn in diagrams], captions)
+    return encode_for_model(panel, max(panel.shape))
+
+
+def _pixels(drawn: "Picture | None") -> "Rgb":
+    """The pixels of a diagram; a light blank where there is none."""
+    import numpy as np  # noqa: PLC0415
+
+    from folding_server.frames.image_files import decode_bytes  # noqa: PLC0415
+
+    if drawn is None:
+        return np.full((SMALL_SIZE, SMALL_SIZE, 3), 245, dtype=np.uint8)
+    return decode_bytes(drawn.data, "the diagram")

@@ -1,0 +1,40 @@
+"""Seeing: the eyes for each sequence, made once and used by one call at a time."""
+
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from folding_server.frames.sequences import Sequence
+    from folding_server.vision.seeing import Eyes
+
+
+class ObserverCache:
+    """Eyes by sequence, for the few used last: finding the sheet and learning its colours takes a while."""
+
+    def __init__(self, size: int = 4) -> None:
+        self._size = size
+        self._eyes: OrderedDict[str, tuple[Lock, list[Eyes]]] = OrderedDict()
+        self._guard = Lock()
+
+    @contextmanager
+    def on(self, photos: "Sequence") -> Iterator["Eyes"]:
+        """The eyes for a sequence, for this caller alone. PhotoError if frame 1 shows no flat square."""
+        from folding_server.vision.seeing import see_sequence  # noqa: PLC0415  (loads OpenCV)
+
+        turn, made = self._place(photos.fingerprint())
+        with turn:
+            if not made:
+                made.append(see_sequence(photos))
+            yield made[0]
+
+    def _place(self, key: str) -> "tuple[Lock, list[Eyes]]":
+        """The lock for a sequence's eyes, and the eyes once they are made."""
+        with self._guard:
+            place = self._eyes.setdefault(key, (Lock(), []))
+            self._eyes.move_to_end(key)
+            if len(self._eyes) > self._size:
+                self._eyes.popitem(last=False)
+            return place

@@ -1,0 +1,58 @@
+"""Attempts: what was tried for a frame, and settling it for good."""
+
+from typing import Annotated
+
+from folding_schemas.results import AttemptCommitted, AttemptInfo, AttemptList
+from mcp.types import CallToolResult
+from pydantic import Field
+
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import LaterFrame, RunId
+from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services.images import SMALL_SIZE, diagram
+from folding_server.mcp.services.run_status import next_step
+from folding_server.simulator import folded_state
+from folding_server.store.views import Attempt
+
+Number = Annotated[
+    int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1")
+]
+
+
+def list_attempts(
+    ctx: ToolContext, frame: LaterFrame, run_id: RunId = None
+) -> Annotated[CallToolResult, AttemptList]:
+    """Show the attempts made at a frame, with a diagram of each."""
+    app = app_context(ctx)
+    run = app.run(run_id)
+    app.sequence(run).index(frame)
+    made = run.attempts.get(frame, ())
+    drawn = [diagram(run, app.replays.after(run.sheet, each.path), size=SMALL_SIZE) for each in made]
+    listed = AttemptList(frame=frame, budget=run.budget or 0, attempts=[_info(each) for each in made])
+    order = f"; the diagrams are those of {', '.join(each.label for each in made)}" if made else ""
+    return call_tool_result(f"{len(made)} of {run.budget} attempts at frame {frame}{order}.", listed, *drawn)
+
+
+def commit_attempt(
+    ctx: ToolContext, frame: LaterFrame, attempt: Number, run_id: RunId = None
+) -> Annotated[CallToolResult, AttemptCommitted]:
+    """Settle a frame with one of its attempts."""
+    app = app_context(ctx)
+    with app.holding(run_id) as before:
+        run = app.store.commit(before.run_id, frame, attempt, after=before.seq)
+    committed = AttemptCommitted(
+        frame=frame,
+        attempt=attempt,
+        locked_to=run.locked_to,
+        next_frame=run.next_frame,
+        complete=run.complete,
+        state=folded_state(app.paper(run)),
+    )
+    return call_tool_result(f"Frame {frame} is settled with attempt {attempt}. {next_step(run)}", committed)
+
+
+def _info(attempt: Attempt) -> AttemptInfo:
+    """An attempt as hosts see it."""
+    return AttemptInfo(
+        attempt=attempt.number, label=attempt.label, actions=list(attempt.actions), outcome=attempt.outcome
+    )

@@ -1,0 +1,108 @@
+"""Checkpoints: saving and restoring frames, reading what is saved, the overview of photos and diagrams."""
+
+from typing import Annotated
+
+from folding_schemas.results import (
+    CheckpointOverview,
+    CheckpointRestored,
+    CheckpointSaved,
+    CheckpointState,
+    OverviewFrame,
+)
+from mcp.types import CallToolResult
+from pydantic import Field
+
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import Frame, RunId
+from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview
+from folding_server.mcp.services.run_status import checkpoint_at, next_step
+from folding_server.mcp.tool_progress import Progress
+from folding_server.simulator import folded_state
+from folding_server.store.views import RunView
+
+Notes = Annotated[str | None, Field(description="a remark to keep with the checkpoint")]
+
+
+def save_checkpoint(
+    ctx: ToolContext, frame: Frame, notes: Notes = None, run_id: RunId = None
+) -> Annotated[CallToolResult, CheckpointSaved]:
+    """Record the current state as a keyframe's solution."""
+    app = app_context(ctx)
+    with app.holding(run_id) as before:
+        run = app.store.save(before.run_id, frame, notes, after=before.seq)
+    saved = CheckpointSaved(
+        frame=frame,
+        actions=list(run.checkpoints[frame].actions),
+        next_frame=run.next_frame,
+        remaining=max(run.frames - len(run.checkpoints), 0),
+        complete=run.complete,
+    )
+    return call_tool_result(f"Saved frame {frame}. {next_step(run)}", saved)
+
+
+def restore_checkpoint(
+    ctx: ToolContext, frame: Frame, run_id: RunId = None
+) -> Annotated[CallToolResult, CheckpointRestored]:
+    """Go back to a saved frame."""
+    app = app_context(ctx)
+    with app.holding(run_id) as before:
+        run = app.store.restore(before.run_id, frame, after=before.seq)
+    restored = CheckpointRestored(
+        frame=frame,
+        next_attempt=run.next_attempt,
+        restore_count=run.restores[frame],
+        state=folded_state(app.paper(run)),
+    )
+    return call_tool_result(
+        f"Back at frame {frame}, restore {run.restores[frame]} of this checkpoint. {next_step(run)}", restored
+    )
+
+
+def get_checkpoint_state(
+    ctx: ToolContext, frame: Frame, run_id: RunId = None
+) -> Annotated[CallToolResult, CheckpointState]:
+    """Read a saved state without going back to it."""
+    app = app_context(ctx)
+    run = app.run(run_id)
+    saved = checkpoint_at(run, frame)
+    state = CheckpointState(
+        frame=frame,
+        actions=list(saved.actions),
+        notes=saved.notes,
+        state=folded_state(app.replays.after(run.sheet, saved.path)),
+    )
+    return call_tool_result(f"Checkpoint {frame}, reached by {len(saved.actions)} actions.", state)
+
+
+def generate_checkpoint_overview(
+    ctx: ToolContext, run_id: RunId = None
+) -> Annotated[CallToolResult, CheckpointOverview]:
+    """Show photos above and saved diagrams below, one column for each frame."""
+    app = app_context(ctx)
+    run = app.run(run_id)
+    photos = app.sequence(run)
+    progress = Progress(ctx, total=run.frames)
+    images, diagrams = [], []
+    for frame in range(1, run.frames + 1):
+        progress.step(f"frame {frame}")
+        images.append(photos.source.read(photos.index(frame), SMALL_SIZE))
+        saved = run.checkpoints.get(frame)
+        paper = app.replays.after(run.sheet, saved.path) if saved else None
+        diagrams.append(diagram(run, paper, size=SMALL_SIZE) if paper else None)
+    frames = [_column(run, frame) for frame in range(1, run.frames + 1)]
+    captions = [f"frame {each.frame}" + ("" if each.saved else " (not saved)") for each in frames]
+    text = f"{len(run.checkpoints)} of {run.frames} frames saved; photos above, saved diagrams below."
+    return call_tool_result(text, CheckpointOverview(frames=frames), overview(images, diagrams, captions))
+
+
+def _column(run: RunView, frame: int) -> OverviewFrame:
+    """What the overview tells of one frame."""
+    saved = run.checkpoints.get(frame)
+    return OverviewFrame(
+        frame=frame,
+        saved=saved is not None,
+        notes=saved.notes if saved else None,
+        restores=run.restores.get(frame, 0),
+        attempts=len(run.attempts.get(frame, ())),
+    )

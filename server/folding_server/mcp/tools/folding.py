@@ -1,0 +1,95 @@
+"""The five folding primitives and ``undo``: refuse early, apply to the paper, append to the store, answer."""
+
+from typing import Annotated
+
+from folding_schemas import actions
+from folding_schemas.results import ActionResult
+from mcp.types import CallToolResult
+
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import Axis, Crease, Degrees, Fraction, RunId, Side, VertexIds
+from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services.run_status import attempt_in_words, described
+from folding_server.simulator import Paper, folded_state
+from folding_server.simulator.state_diff import StateDifference, state_difference
+from folding_server.simulator.vertices import listed
+from folding_server.store.rules import check_may_act
+from folding_server.store.views import RunView
+
+Answer = Annotated[CallToolResult, ActionResult]
+
+
+def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> Answer:
+    """Subdivide an edge."""
+    return _act(ctx, run_id, actions.AddVertex(edge=edge, position=position))
+
+
+def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> Answer:
+    """Fold along the line through two vertices."""
+    return _act(ctx, run_id, actions.Fold(edge=edge, direction=direction))
+
+
+def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> Answer:
+    """Open a fold again."""
+    return _act(ctx, run_id, actions.Unfold(edge=edge))
+
+
+def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> Answer:
+    """Turn the model in the plane."""
+    return _act(ctx, run_id, actions.Rotate(angle=angle))
+
+
+def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> Answer:
+    """Turn the model over."""
+    return _act(ctx, run_id, actions.Flip(axis=axis))
+
+
+def undo(ctx: ToolContext, run_id: RunId = None) -> Answer:
+    """Take back the last action."""
+    app = app_context(ctx)
+    with app.holding(run_id) as before:
+        after = app.store.undo(before.run_id, after=before.seq)
+    said = f"Took back {described(before.pending[-1])}."
+    return _answer(said, after, app.paper(before), app.paper(after))
+
+
+def _act(ctx: ToolContext, run_id: str | None, action: actions.Action) -> CallToolResult:
+    """Apply one action: nothing is stored that the simulator refuses, nothing answered that is not stored."""
+    app = app_context(ctx)
+    with app.holding(run_id) as before:
+        check_may_act(before)
+        paper = app.replays.after(before.sheet, (*before.actions, action))
+        after = app.store.act(before.run_id, action, after=before.seq)
+    return _answer(f"Done: {described(action)}.", after, app.paper(before), paper)
+
+
+def _answer(said: str, run: RunView, before: Paper, after: Paper) -> CallToolResult:
+    """The answer to an action: what it changed, and the new state."""
+    made = state_difference(before, after)
+    attempt = run.open_attempt
+    summary = " ".join(part for part in (said, _in_words(made, after), attempt_in_words(run)) if part)
+    result = ActionResult(
+        run_id=run.run_id,
+        summary=summary,
+        new_vertices=made.new_vertices,
+        new_faces=made.new_faces,
+        moved_faces=made.moved_faces,
+        frame=attempt.frame if attempt else None,
+        attempt=attempt.number if attempt else None,
+        state=folded_state(after),
+    )
+    return call_tool_result(summary, result)
+
+
+def _in_words(made: StateDifference, after: Paper) -> str:
+    """What is new and what moved."""
+    parts = []
+    if made.new_vertices:
+        parts.append(f"New vertices: {listed(made.new_vertices)}.")
+    if made.new_faces:
+        parts.append(f"New faces: {listed(made.new_faces)}.")
+    if len(made.moved_faces) == len(after.faces):
+        parts.append("Every face moved.")
+    elif made.moved_faces:
+        parts.append(f"Moved faces: {listed(made.moved_faces)}.")
+    return " ".join(parts)

@@ -1,0 +1,46 @@
+"""Interchange: the current state as a file."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from folding_schemas.results import Export, ExportFormat
+from mcp.types import CallToolResult
+from pydantic import Field
+
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import RunId
+from folding_server.mcp.results import call_tool_result
+
+if TYPE_CHECKING:
+    from folding_server.frames.image_files import Picture
+
+Format = Annotated[
+    ExportFormat,
+    Field(description="one of fold, crease-pattern, crease-pattern-svg, svg, png, obj and program"),
+]
+
+
+def export_state(
+    ctx: ToolContext,
+    format: Format,  # noqa: A002 - the argument's name on the wire
+    run_id: RunId = None,
+) -> Annotated[CallToolResult, Export]:
+    """Give the current state as a file."""
+    from folding_server.diagram.palette import colors_of  # noqa: PLC0415
+    from folding_server.interchange.export import export  # noqa: PLC0415  (loads shapely)
+
+    app = app_context(ctx)
+    run = app.run(run_id)
+    colors = colors_of(run.front_color, run.back_color)
+    file = export(app.paper(run), format, colors, run.current_program())
+    text = file.content if isinstance(file.content, str) else None
+    exported = Export(format=format, media_type=file.media_type, filename=file.filename, text=text)
+    pictures = [] if isinstance(file.content, str) else [_picture(file.content)]
+    return call_tool_result(f"{file.filename} ({file.media_type}).", exported, *pictures)
+
+
+def _picture(png: bytes) -> "Picture":
+    """A PNG to send."""
+    from folding_server.frames.image_files import Picture, decode_bytes  # noqa: PLC0415
+
+    height, width = decode_bytes(png, "the export").shape[:2]
+    return Picture(png, "image/png", width, height)

@@ -1,0 +1,99 @@
+"""Verification: the evidence for a critic, the comparison with a photo, and flat-foldability."""
+
+from typing import Annotated
+
+from folding_schemas.results import Comparison, CriticGrid, Foldability
+from mcp.types import CallToolResult
+from pydantic import Field
+
+from folding_server.errors import RunError
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import Frame, LaterFrame, RunId
+from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services import presenters
+from folding_server.mcp.services.images import diagram, photo_beside_others
+from folding_server.mcp.services.run_status import checkpoint_at
+from folding_server.mcp.tool_progress import Progress
+from folding_server.simulator import folded_state
+from folding_server.store.rules import find_attempt
+from folding_server.store.views import RunView
+
+AttemptNumber = Annotated[
+    int | None,
+    Field(ge=1, description="the number of an attempt at the frame, from 1; left out, the current state"),
+]
+
+
+def critic_grid(
+    ctx: ToolContext, frame: LaterFrame, run_id: RunId = None
+) -> Annotated[CallToolResult, CriticGrid]:
+    """Gather what a critic needs to judge the current state as a frame's."""
+    app = app_context(ctx)
+    run = app.run(run_id)
+    photos = app.sequence(run)
+    shown = photo_beside_others(photos, frame - 1), photo_beside_others(photos, frame)
+    source_path = checkpoint_at(run, frame - 1).path
+    _check_grown_from(run, frame)
+    source, candidate = app.replays.after(run.sheet, source_path), app.paper(run)
+    grid = CriticGrid(
+        frame=frame,
+        source_state=folded_state(source),
+        candidate_state=folded_state(candidate),
+        candidate_actions=list(run.actions[len(source_path) :]),
+    )
+    text = (
+        f"Photo of frame {frame - 1}, photo of frame {frame}, diagram of checkpoint {frame - 1}, "
+        f"diagram of the current state as candidate for frame {frame}."
+    )
+    return call_tool_result(text, grid, *shown, diagram(run, source), diagram(run, candidate))
+
+
+def _check_grown_from(run: RunView, frame: int) -> None:
+    """Raise RunError unless the current state grew from the frame before, or is the frame itself."""
+    if run.base not in (frame - 1, frame):
+        raise RunError(
+            f"The current state grew from checkpoint {run.base}, so it is no candidate for frame {frame}; "
+            f"call restore_checkpoint({frame - 1}) and act from there."
+        )
+
+
+def compare_to_frame(
+    ctx: ToolContext, frame: Frame, attempt: AttemptNumber = None, run_id: RunId = None
+) -> Annotated[CallToolResult, Comparison]:
+    """Measure how well the current state, or what an attempt at the frame came to, explains a photo."""
+    from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
+    from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
+
+    app = app_context(ctx)
+    run = app.run(run_id)
+    photos = app.sequence(run)
+    photos.index(frame)
+    actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
+    paper = app.replays.after(run.sheet, actions)
+    progress = Progress(ctx, total=2)
+    progress.step("finding the sheet in the photos")
+    with app.observers.on(photos) as eyes:
+        progress.step(f"comparing with frame {frame}")
+        seen = eyes.frame(frame)
+        match = compare(paper, seen)
+        outlines = eyes.outlines(frame)
+    overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines))
+    found = presenters.comparison(seen, match, outlines)
+    said = _in_words(found)
+    return call_tool_result(said if attempt is None else f"Attempt {attempt}: {said}", found, overlay)
+
+
+def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
+    """Check whether the crease pattern can be folded flat."""
+    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads OR-Tools)
+
+    app = app_context(ctx)
+    found = presenters.foldability(check_paper(app.paper(app.run(run_id))))
+    return call_tool_result(found.reason, found)
+
+
+def _in_words(found: Comparison) -> str:
+    """The verdict and what disagrees."""
+    said = f"{found.verdict} with frame {found.frame}: {found.agreement:.1%} of the paper agrees."
+    return " ".join([said, *(f"{each}." for each in found.discrepancies)])

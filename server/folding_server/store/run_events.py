@@ -1,0 +1,81 @@
+"""What can happen to a run: six kinds of events, numbered from 1 without gaps and never changed once written.
+
+An event holds what was asked, not what came of it: checkpoints, attempts, counts and the current state are
+derived by ``views``. ``FORMAT`` is written beside every event; a reader refuses formats newer than its own.
+"""
+
+from typing import Annotated, Literal
+
+from folding_schemas.actions import Action
+from folding_schemas.wire import Wire
+from pydantic import AwareDatetime, Field, PositiveInt, TypeAdapter
+
+FORMAT = 1
+
+
+class Recorded(Wire):
+    """What all events have: their number within the run, from 1, and when they were recorded."""
+
+    seq: PositiveInt
+    time: AwareDatetime
+
+
+class Opened(Recorded):
+    """The run began; always event 1, and only that.
+
+    ``sequence``, ``fingerprint`` and ``budget`` are None and ``frames`` is 0 for a free fold. ``sheet`` is
+    the width and height of the unfolded sheet in units of the square's side.
+    """
+
+    kind: Literal["opened"] = "opened"
+    sequence: str | None
+    frames: int
+    sheet: tuple[float, float]
+    front_color: str
+    back_color: str
+    fingerprint: str | None
+    budget: int | None
+
+
+class Acted(Recorded):
+    """An action was applied to the current state."""
+
+    kind: Literal["acted"] = "acted"
+    action: Action
+
+
+class Undone(Recorded):
+    """The newest action since the last checkpoint was taken back."""
+
+    kind: Literal["undone"] = "undone"
+
+
+class Saved(Recorded):
+    """The current state was saved as the checkpoint of a frame."""
+
+    kind: Literal["saved"] = "saved"
+    frame: int
+    notes: str | None
+
+
+class Restored(Recorded):
+    """The checkpoint of a frame became the current state."""
+
+    kind: Literal["restored"] = "restored"
+    frame: int
+
+
+class Committed(Recorded):
+    """An attempt at a frame was chosen for good."""
+
+    kind: Literal["committed"] = "committed"
+    frame: int
+    attempt: int
+
+
+Event = Annotated[
+    Opened | Acted | Undone | Saved | Restored | Committed,
+    Field(discriminator="kind"),
+]
+EVENT: TypeAdapter[Event] = TypeAdapter(Event)
+"""Reads an event of any kind from plain data; raises pydantic's ValidationError."""
