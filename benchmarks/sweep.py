@@ -119,7 +119,7 @@ def fingerprint(paper: Paper) -> tuple[object, ...]:
 def named_places(paper: Paper, action: Action) -> tuple[Point, ...]:
     """Where on the sheet the vertices of an action lie, so that it can be repeated when ids have changed."""
     edge = getattr(action, "edge", None)
-    return tuple(paper.vertices_coords[v] for v in edge or () if v in paper.places)
+    return tuple(paper.vertices_coords[v] for v in edge or () if v in paper.vertices_coords)
 
 
 def shortest(run: Run) -> list[Action]:

@@ -132,7 +132,7 @@ def sent_with(savings: frozenset[str], queries: Sequence[Query]) -> Iterator[Que
         tools = _offered(query.tools, savings)
         messages = list(query.messages)
         if query.role == "agent":
-            listed = tool_selection.tool_list(query.tools), offer.tool_list(tools)
+            listed = tool_selection.tool_list(query.tools), tool_selection.tool_list(tools)
             messages[0] = system(messages[0].text.replace(*listed))
         yield replace(query, messages=tuple(_saved(messages, savings)), tools=tools)
 

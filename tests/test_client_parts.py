@@ -163,7 +163,7 @@ def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
 
 def test_a_damaged_log_is_named_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "events.jsonl").write_text('{"seq": 1}\nnonsense\n')
-    with pytest.raises(UsageError, match="BatchEntry 2"):
+    with pytest.raises(UsageError, match="Line 2"):
         list(read_events(tmp_path / "events.jsonl"))
 
 

@@ -174,7 +174,9 @@ def _draft_size(image: Image.Image, longest: int) -> tuple[int, int]:
 
 def _upright(image: Image.Image) -> Image.Image:
     """`image` as 8 bit RGB, turned as its EXIF orientation says, over white."""
-    turned = ImageOps.exif_transpose(image)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # damaged EXIF data: the picture is shown as it lies in the file
+        turned = ImageOps.exif_transpose(image)
     if turned.mode.startswith("I") or turned.mode == "F":
         deep = np.asarray(turned).astype(np.float64)
         return Image.fromarray(np.clip(np.rint(deep / 257.0), 0, 255).astype(np.uint8)).convert("RGB")

@@ -5,7 +5,7 @@ from folding_schemas.actions import Action, AddVertex, Fold, Rotate
 from folding_server.errors import ActionRefused
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.simulator import folded_state, new_paper, replay
-from folding_server.simulator.state_diff import change
+from folding_server.simulator.state_diff import state_difference
 
 SQUARE = (1.0, 1.0)
 ACTIONS: tuple[Action, ...] = (
@@ -50,7 +50,7 @@ def test_a_refused_action_leaves_nothing_behind() -> None:
 
 def test_a_fold_moves_one_side_and_makes_a_face() -> None:
     before = replay(ACTIONS[:2])
-    made = change(before, replay(ACTIONS[:3]))
+    made = state_difference(before, replay(ACTIONS[:3]))
     assert made.new_vertices == []
     assert len(made.new_faces) == 1
     assert len(made.moved_faces) == 1
@@ -58,11 +58,11 @@ def test_a_fold_moves_one_side_and_makes_a_face() -> None:
 
 def test_a_turn_moves_every_face_and_a_new_vertex_none() -> None:
     flat = new_paper()
-    assert change(flat, replay([Rotate(angle=10)])).moved_faces == [1]
-    assert change(flat, replay(ACTIONS[:1])) == ([5], [], [])
+    assert state_difference(flat, replay([Rotate(angle=10)])).moved_faces == [1]
+    assert state_difference(flat, replay(ACTIONS[:1])) == ([5], [], [])
 
 
 def test_undoing_a_fold_makes_nothing_new() -> None:
     folded, flat = replay(ACTIONS[:3]), replay(ACTIONS[:2])
-    assert change(folded, flat).new_faces == []
-    assert change(folded, flat).new_vertices == []
+    assert state_difference(folded, flat).new_faces == []
+    assert state_difference(folded, flat).new_vertices == []
