@@ -9,16 +9,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 from folding_schemas.actions import Program
-from folding_server.photographer.color_spaces import Floats, floats, to_srgb
-from folding_server.photographer.gripping import gripping_hand
-from folding_server.photographer.hand_model import Cover, Reach, cover_with
-from folding_server.photographer.layer_rendering import Shading, paint_stack, throw_direction
+from folding_server.photographer.color_spaces import floats, to_srgb
+from folding_server.photographer.gripping import grasping_hand
+from folding_server.photographer.hand_model import PlacedHand, RenderedHand, render_hand
+from folding_server.photographer.layer_rendering import Shading, paint_stack, shadow_direction
 from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.lighting import Lamp, lamp_light
 from folding_server.photographer.moments import Moment
-from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.photo_scene import PhotoScene
 from folding_server.photographer.pinhole_camera import Camera, Matrix
-from folding_server.photographer.placement import View
+from folding_server.photographer.placement import PaperView
 from folding_server.photographer.rng import stream
 from folding_server.photographer.session import Session, prepare
 from folding_server.photographer.sheet_texture import SheetTexture, creased
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from screenplay import TROUBLES, Beat, Seen, Trouble, screenplay
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from folding_server.arrays import Float32s
 from videos import Camera as Recorder
 from videos import encode
 
@@ -80,7 +81,7 @@ def _times(end: float, trouble: Trouble, seed: int) -> Iterator[float]:
         time += uneven if trouble.uneven else 1 / RATE
 
 
-def _looks(scene: Scene, beats: int, trouble: Trouble, seed: int) -> list[Look]:
+def _looks(scene: PhotoScene, beats: int, trouble: Trouble, seed: int) -> list[Look]:
     rng = stream(seed, "looks")
     looks = [Look(Lamp(scene.lamp_azimuth, 1.0, 0.0), (0.0, 0.0, 0.0))]
     for _ in range(beats):
@@ -101,7 +102,7 @@ class Stage:
 
     session: Session
     camera: Camera
-    table: Floats = field(repr=False)
+    table: Float32s = field(repr=False)
 
     @classmethod
     def built(cls, program: Program, level: int, seed: int) -> "Stage":
@@ -122,7 +123,7 @@ class Stage:
         movements = len(self.session.movements[beat.step])
         return Moment(beat.step, 1, (beat.movement + float(np.clip(done, 0.001, 0.999))) / movements)
 
-    def paint(self, view: View, worn: SheetTexture) -> tuple[Floats, NDArray[np.uint8]]:
+    def paint(self, view: PaperView, worn: SheetTexture) -> tuple[Float32s, NDArray[np.uint8]]:
         """Linear colour (height, width, 3) of the table with a paper on it, and its coverage, 0 to 255."""
         tones = dict.fromkeys(view.paper.faces, 1.0)
         unit = self.session.unit
@@ -133,7 +134,7 @@ class Stage:
     def shading(self) -> Shading:
         """How shadows fall."""
         scene = self.session.scene
-        towards = throw_direction(scene.lamp_azimuth, scene.roll)
+        towards = shadow_direction(scene.lamp_azimuth, scene.roll)
         return Shading(towards, scene.shadow, scene.lamp_azimuth)
 
     def grip(self, beat: Beat, done: float) -> tuple[Matrix, str] | None:
@@ -151,18 +152,18 @@ class Actor:
     def __init__(self, stage: Stage, beat: Beat, coverage: NDArray[np.uint8]) -> None:
         """The hand at the start of the beat's movement, over a paper's ``coverage``; none if nothing moves."""
         self._stage = stage
-        self._cover: Cover | None = None
+        self._cover: RenderedHand | None = None
         grip = stage.grip(beat, 0.0)
         if grip is not None:
             session = stage.session
             number = beat.step + 100 * beat.movement
-            reach = gripping_hand(
+            reach = grasping_hand(
                 session.seed, number, grip[1], grip[0], stage.camera, coverage, session.unit
             )
             self._reach, self._start = reach, stage.pixel(grip[0])
             self._cover = _painted(stage, reach, number)
 
-    def over(self, picture: Floats, beat: Beat, part: float) -> Floats:
+    def over(self, picture: Float32s, beat: Beat, part: float) -> Float32s:
         """The picture with the hand over it at a part of a beat."""
         inside = beat.hand[0] + (beat.hand[1] - beat.hand[0]) * (1 - cos(pi * part)) / 2
         if self._cover is None or inside <= 0:
@@ -186,15 +187,15 @@ class Actor:
         return offset
 
 
-def _painted(stage: Stage, reach: Reach, number: int) -> Cover:
+def _painted(stage: Stage, reach: PlacedHand, number: int) -> RenderedHand:
     """A hand in a picture with room around it."""
     x, y = reach.wrist
     shape = SIZE[1] + 2 * _ROOM, SIZE[0] + 2 * _ROOM
     shifted = replace(reach, wrist=(x + _ROOM, y + _ROOM))
-    return cover_with(shifted, shape, stage.shading.towards, stage.session.seed, number)
+    return render_hand(shifted, shape, stage.shading.towards, stage.session.seed, number)
 
 
-def _shifted(plane: Floats, offset: Matrix) -> Floats:
+def _shifted(plane: Float32s, offset: Matrix) -> Float32s:
     """The part of a painted plane that is in the picture when the hand has moved by ``offset`` pixels."""
     motion = np.array([[1, 0, offset[0] - _ROOM], [0, 1, offset[1] - _ROOM]])
     return floats(cv2.warpAffine(plane, motion, SIZE, borderMode=cv2.BORDER_REPLICATE))
@@ -206,10 +207,10 @@ class _Painter:
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
         self._worn: tuple[object, SheetTexture] = (None, stage.session.sheet)
-        self._still: tuple[Moment | None, tuple[Floats, NDArray[np.uint8]]] | None = None
+        self._still: tuple[Moment | None, tuple[Float32s, NDArray[np.uint8]]] | None = None
         self._actor: tuple[tuple[int, int], Actor] | None = None
 
-    def light(self, beat: Beat, part: float) -> Floats:
+    def light(self, beat: Beat, part: float) -> Float32s:
         """The linear colour of the scene at part of a beat."""
         moment = self._stage.moment(beat, part)
         if self._still is None or self._still[0] != moment:
@@ -222,7 +223,7 @@ class _Painter:
             self._actor = owner, Actor(self._stage, beat, coverage)
         return self._actor[1].over(picture, beat, part)
 
-    def _painted(self, moment: Moment) -> tuple[Floats, NDArray[np.uint8]]:
+    def _painted(self, moment: Moment) -> tuple[Float32s, NDArray[np.uint8]]:
         view = self._stage.session.view(moment)
         if self._worn[0] is not view.paper:
             self._worn = view.paper, creased(self._stage.session.sheet, view.paper)
@@ -256,17 +257,17 @@ def _nudge(look: Look) -> Matrix:
 class _Lamps:
     """The light of each image."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: PhotoScene) -> None:
         self._scene = scene
-        self._fields: dict[Lamp, Floats] = {}
+        self._fields: dict[Lamp, Float32s] = {}
 
-    def light(self, before: Lamp, after: Lamp, share: float) -> Floats:
+    def light(self, before: Lamp, after: Lamp, share: float) -> Float32s:
         """Light (height, width, 3) on the way from one lamp to another."""
         if before == after or share == 1:
             return self._field(after)
         return floats((1 - share) * self._field(before) + share * self._field(after))
 
-    def _field(self, lamp: Lamp) -> Floats:
+    def _field(self, lamp: Lamp) -> Float32s:
         if lamp not in self._fields:
             self._fields[lamp] = lamp_light(self._scene, lamp, SIZE)
         return self._fields[lamp]

@@ -25,9 +25,9 @@ import numpy as np
 from filming import Film, make_film
 from folding_schemas.actions import Program
 from folding_server.errors import PhotoError
-from folding_server.frames.keyframes import RATE, SIDE, STILL_SECONDS, propose_keyframes
+from folding_server.frames.keyframes import RATE, STILL_SECONDS, WATCHED_SIDE, propose_keyframes
 from folding_server.frames.sequence_writer import write_sequence
-from folding_server.frames.stillness import watch
+from folding_server.frames.stillness import still_spans
 from folding_server.frames.video import open_video
 from folding_server.interchange.programs import load_program
 from folding_server.photographer.rng import stream
@@ -51,7 +51,10 @@ def proposed(film: Film) -> Sequence[int]:
 
 def every_still(film: Film) -> Sequence[int]:
     """The middle of every span without motion."""
-    return [still.index for still in watch(open_video(film.path).moments(SIDE, RATE), STILL_SECONDS).stills]
+    return [
+        still.index
+        for still in still_spans(open_video(film.path).moments(WATCHED_SIDE, RATE), STILL_SECONDS).stills
+    ]
 
 
 def evenly_spaced(film: Film) -> Sequence[int]:

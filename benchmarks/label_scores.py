@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.outline import Outline
 from folding_server.vision.pose import Pose
 from folding_server.vision.raster import draw_labels
@@ -43,7 +43,7 @@ class Truth:
     pose: Pose
     grid: Grid
 
-    def drawn(self, finer: int = 1) -> Labels:
+    def drawn(self, finer: int = 1) -> LabelImage:
         """The true labels on the grid, or on one so many times finer."""
         pixels = self.frame.get("vertex_pixels") or self.frame["camera"]["vertex_pixels"]
         plane = self.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist()
@@ -53,11 +53,11 @@ class Truth:
         return draw_labels(polygons, backs, _finer(self.grid, finer))
 
     @cached_property
-    def labels(self) -> Labels:
+    def labels(self) -> LabelImage:
         """The true labels."""
         return self.drawn()
 
-    def lenient(self, seen: Labels) -> Labels:
+    def lenient(self, seen: LabelImage) -> LabelImage:
         """The true labels, where half a pixel is allowed for."""
         fine = self.drawn(2)
         agrees = np.stack([fine[i::2, j::2] for i in (0, 1) for j in (0, 1)]) == seen
@@ -128,7 +128,7 @@ def scores(seen: SeenFrame, truth: Truth) -> Score:
     }
 
 
-def _inner_shift(seen: SeenFrame, true: Labels, where: Bools) -> float | None:
+def _inner_shift(seen: SeenFrame, true: LabelImage, where: Bools) -> float | None:
     border = int(((true == FRONT) & _grown(true == BACK, 3) & where).sum())
     if border < SHORTEST_BORDER:
         return None
@@ -144,7 +144,7 @@ def _iou(first: Bools, second: Bools, where: Bools) -> float | None:
     return float((first & second & where).sum()) / union if union > 20 else None
 
 
-def _thin_scores(labels: Labels, truth: Truth, free: Bools, two_coloured: bool) -> Score:
+def _thin_scores(labels: LabelImage, truth: Truth, free: Bools, two_coloured: bool) -> Score:
     if not two_coloured:
         return {"thin_recall": None, "thin_lost": 0.0}
     right, all_, lost = 0, 0, 0
@@ -159,7 +159,7 @@ def _thin_scores(labels: Labels, truth: Truth, free: Bools, two_coloured: bool) 
     return {"thin_recall": right / all_ if all_ else None, "thin_lost": float(lost)}
 
 
-def _false(labels: Labels, true: Labels, free: Bools) -> float | None:
+def _false(labels: LabelImage, true: LabelImage, free: Bools) -> float | None:
     wrong = np.zeros(labels.shape, bool)
     for value in (FRONT, BACK):
         wrong |= (labels == value) & ~_grown(true == value, 3)
@@ -167,7 +167,7 @@ def _false(labels: Labels, true: Labels, free: Bools) -> float | None:
     return float((wrong & free).sum()) / paper if paper else None
 
 
-def _hand_scores(labels: Labels, hand: Bools | None) -> Score:
+def _hand_scores(labels: LabelImage, hand: Bools | None) -> Score:
     if hand is None:
         return {"hand_paper": None, "hand_table": None}
     core = cv2.erode(hand.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0

@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from folding_schemas.actions import Program
+from folding_server.arrays import RgbImage
 from folding_server.diagram import draw_svg, rasterise
 from folding_server.diagram.palette import colors_of
-from folding_server.frames.image_files import Rgb, decode_bytes
+from folding_server.frames.image_files import decode_bytes
 from folding_server.frames.panels import Size, Tile, table
 from folding_server.frames.sequences import load_sequence
 from folding_server.interchange.programs import load_program
@@ -32,7 +33,7 @@ def states(program: Program) -> Iterator[Paper]:
         yield paper
 
 
-def picture(run: Path) -> Rgb:
+def picture(run: Path) -> RgbImage:
     """Photos and diagrams of a run in two rows."""
     sequence = load_sequence(Path(json.loads((run / "run.json").read_text())["sequence"]["folder"]))
     program = load_program((run / "program.json").read_text())

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.vision.photos import Picture
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint
 
 LOOK = Look()
@@ -17,13 +17,13 @@ LOOK = Look()
 class Filmed(PhotoList):
     """Photos in memory with images before the last one."""
 
-    images: Sequence[Picture] = field(default=(), repr=False)
+    images: Sequence[RgbImage] = field(default=(), repr=False)
 
     def between(self, frame: int, count: int | None) -> list[int]:
         """The indices of the images before the last photo."""
         return list(range(len(self.images)))[:count] if frame == self.frame_count else []
 
-    def image(self, index: int) -> Picture:
+    def image(self, index: int) -> RgbImage:
         """One of them."""
         return self.images[index]
 
@@ -33,7 +33,7 @@ def halves() -> Paper:
     return add_vertex(add_vertex(new_paper(), (1, 2), 0.6), (3, 4), 0.4)
 
 
-def lifted(reach: float, seed: int, light: float = 1.0) -> Picture:
+def lifted(reach: float, seed: int, light: float = 1.0) -> RgbImage:
     """The right part on its way over the line x = 0.6: its far edge seems to lie at ``reach``; a hand holds it."""
     photo = paint(new_paper(), LOOK, seed=seed).astype(np.float32)
     table = paint(_next_to_nothing(), LOOK, seed=seed + 50)

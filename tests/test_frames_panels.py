@@ -2,25 +2,26 @@
 
 import numpy as np
 import pytest
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.image_files import Rgb, encode_for_model
-from folding_server.frames.panels import ACCENT, GAP, Size, Tile, columns, side_by_side, table, wrapped
+from folding_server.frames.image_files import encode_for_model
+from folding_server.frames.panels import ACCENT, TILE_GAP, Size, Tile, columns, side_by_side, table, wrapped
 from numpy.typing import NDArray
 from pictures import noise, quadrants
 
 
-def plain(shade: int, width: int = 200, height: int = 150) -> Rgb:
+def plain(shade: int, width: int = 200, height: int = 150) -> RgbImage:
     """An olive of one shade: no part of a caption has its colour."""
     return np.full((height, width, 3), (shade, shade, 0), np.uint8)
 
 
-def where(panel: Rgb, shade: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def where(panel: RgbImage, shade: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows and columns of the pixels of one shade."""
     rows, places = np.nonzero((panel == (shade, shade, 0)).all(axis=2))
     return rows, places
 
 
-def shades_in_order(panel: Rgb, shades: list[int]) -> list[int]:
+def shades_in_order(panel: RgbImage, shades: list[int]) -> list[int]:
     """The given shades in the order in which a reader meets their middles, line by line."""
     middles = {}
     for shade in shades:
@@ -33,7 +34,7 @@ def test_images_stand_side_by_side_under_captions() -> None:
     panel = side_by_side([plain(50), plain(100), plain(150)], ["image 1", "image 2", "image 3"])
     assert panel.shape[1] <= 2000
     assert shades_in_order(panel, [50, 100, 150]) == [50, 100, 150]
-    caption_bar = panel[GAP:20]
+    caption_bar = panel[TILE_GAP:20]
     assert (caption_bar < 128).any()
     assert not where(caption_bar, 50)[0].size
 
@@ -65,7 +66,7 @@ def test_an_overview_puts_each_diagram_under_its_photo() -> None:
         below = where(panel, 130 + 4 * place)
         assert above[1].min() == below[1].min()
         assert above[0].max() < below[0].min()
-        assert below[0].min() - above[0].max() < 3 * GAP
+        assert below[0].min() - above[0].max() < 3 * TILE_GAP
 
 
 def test_tiles_wrap_in_reading_order() -> None:
@@ -74,7 +75,7 @@ def test_tiles_wrap_in_reading_order() -> None:
 
 
 def test_marked_tiles_are_framed() -> None:
-    def red(panel: Rgb) -> int:
+    def red(panel: RgbImage) -> int:
         return int((panel == ACCENT).all(axis=2).sum())
 
     assert red(table([[Tile(plain(50), "frame 1", marked=True)]])) > 1000
@@ -83,8 +84,8 @@ def test_marked_tiles_are_framed() -> None:
 
 def test_long_captions_are_cut_short_within_their_tile() -> None:
     panel = table([[Tile(plain(50), "word " * 100), Tile(plain(100))]], Size(600, 600))
-    bar = panel[GAP : GAP + 16]
-    right_half = bar[:, panel.shape[1] // 2 + GAP :]
+    bar = panel[TILE_GAP : TILE_GAP + 16]
+    right_half = bar[:, panel.shape[1] // 2 + TILE_GAP :]
     assert (bar < 128).any()
     assert (right_half == 255).all()
 

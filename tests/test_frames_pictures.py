@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import (
-    MAX_BYTES,
+    MAX_ENCODED_BYTES,
     decode,
     decode_bytes,
     encode_for_model,
@@ -183,7 +183,7 @@ def test_damaged_files_give_a_picture_or_a_sentence(data: st.DataObject) -> None
 
 def test_pictures_for_models_fit_even_when_they_are_noise() -> None:
     picture = encode_for_model(noise(2400, 1800))
-    assert len(picture.data) <= MAX_BYTES
+    assert len(picture.data) <= MAX_ENCODED_BYTES
     assert max(picture.width, picture.height) <= 1024
     assert Image.open(io.BytesIO(picture.data)).size == (picture.width, picture.height)
 

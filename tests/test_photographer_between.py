@@ -23,7 +23,7 @@ from folding_server.photographer.placement import place
 from folding_server.simulator import Paper, apply, replay
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
-from folding_server.vision.solver.swings import contradiction, watched
+from folding_server.vision.solver.swings import contradiction, watched_places
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
@@ -227,7 +227,7 @@ def test_the_photographed_flap_tells_the_moving_side_to_the_solver(
     assert shown is not None
     found = Program.model_validate_json((tmp_path / "program.json").read_text())
     (before, right), left = _ways(found)
-    seen = watched(shown, IDENTITY)
+    seen = watched_places(shown, IDENTITY)
     assert contradiction(before, right, seen) < contradiction(before, left, seen) - 0.1
 
 

@@ -12,7 +12,7 @@ from folding_server.errors import ActionRefused
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Line
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.vision.fitting.scene import stack_of
+from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.leaves import AT, Leaves
 from folding_server.vision.solver.motions import locate
@@ -125,7 +125,7 @@ def test_borders_that_stay_hold_the_sheet_where_two_sides_are_folded_away() -> N
         )
     )
     moved = Spoiling(shift=(0.01, 0.02), degrees=-2.0)
-    motion = held(stack_of(new_paper()), views(folded, moved).fine, IDENTITY)
+    motion = held(face_stack(new_paper()), views(folded, moved).fine, IDENTITY)
     for place in ((1.0, 0.0), (1.0, 1.0), (0.3, 0.0), (0.3, 1.0)):
         assert motion(place) == pytest.approx(moved.motion(place), abs=0.004)
 

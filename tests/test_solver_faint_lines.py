@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 import pytest
-from folding_server.vision.fitting.scene import Image, Mask
-from folding_server.vision.solver.faint_lines import SHORTEST, FaintLines, averages
+from folding_server.arrays import Image, Mask
+from folding_server.vision.solver.faint_lines import FEWEST_LINE_PIXELS, FaintLines, averages
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -52,7 +52,7 @@ def test_a_picture_of_stripes_that_moved_shows_no_line(seed: int) -> None:
 
 @given(seeds)
 def test_a_line_of_a_few_pixels_says_nothing(seed: int) -> None:
-    line = drawn(0, SHORTEST - 3)
+    line = drawn(0, FEWEST_LINE_PIXELS - 3)
     assert not FaintLines(noise(seed), noise(seed + 1) - 20 * line, ALL).shown(line).any()
 
 

@@ -11,7 +11,7 @@ from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.swings import Watched, contradiction, watched
+from folding_server.vision.solver.swings import WatchedPlaces, contradiction, watched_places
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def right_part_lifted() -> Paper:
 def test_the_side_that_was_lifted_agrees_with_its_fold(right_part_lifted: Paper) -> None:
     shown = movement(see_sequence(film()), film().frame_count)
     assert shown is not None
-    seen = watched(shown, IDENTITY)
+    seen = watched_places(shown, IDENTITY)
     truth = contradiction(halves(), right_part_lifted, seen)
     other_side = contradiction(halves(), fold(halves(), (5, 6), -1), seen)
     turned_over = contradiction(halves(), flip(halves(), "x"), seen)
@@ -37,7 +37,7 @@ def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
 ) -> None:
     shown = movement(see_sequence(film()), film().frame_count)
     assert shown is not None
-    seen = watched(shown, IDENTITY)
+    seen = watched_places(shown, IDENTITY)
     papers = {"right": right_part_lifted, "left": fold(halves(), (5, 6), -1)}
     plans = [Plan((), "fold", paper, IDENTITY, 0.99, name) for name, paper in papers.items()]
     judged = [replace(plan, swing=contradiction(halves(), plan.paper, seen)) for plan in reversed(plans)]
@@ -61,7 +61,7 @@ def test_the_table_seen_in_between_refutes_plans_that_leave_paper_there() -> Non
     paper = halves()
     middle = np.array([[0.8, 0.1 * k] for k in range(10)] * 3)
     bare, never = np.ones(len(middle), bool), np.zeros(len(middle), bool)
-    seen = Watched(middle, changed=bare, still=never, turned=never, bare=bare)
+    seen = WatchedPlaces(middle, changed=bare, still=never, turned=never, bare=bare)
     assert contradiction(paper, fold(paper, (5, 6), 1), seen) == 0
     assert contradiction(paper, flip(paper, "x"), seen) == 0
     assert contradiction(paper, fold(paper, (5, 6), -1), seen) == 1
@@ -73,22 +73,32 @@ def test_a_lower_layer_that_stays_hides_the_table() -> None:
     places = np.array([[0.1 + 0.01 * k, 0.1] for k in range(30)])
     yes, no = np.ones(30, bool), np.zeros(30, bool)
     opened, over = unfold(paper), flip(paper, "x")
-    assert contradiction(paper, opened, Watched(places, changed=yes, still=no, turned=yes, bare=no)) == 0
-    assert contradiction(paper, opened, Watched(places, changed=yes, still=no, turned=no, bare=yes)) == 1
-    assert contradiction(paper, over, Watched(places, changed=yes, still=no, turned=no, bare=yes)) == 0
+    assert (
+        contradiction(paper, opened, WatchedPlaces(places, changed=yes, still=no, turned=yes, bare=no)) == 0
+    )
+    assert (
+        contradiction(paper, opened, WatchedPlaces(places, changed=yes, still=no, turned=no, bare=yes)) == 1
+    )
+    assert contradiction(paper, over, WatchedPlaces(places, changed=yes, still=no, turned=no, bare=yes)) == 0
 
 
 def test_paper_that_slides_may_look_the_same_but_never_shows_its_other_side() -> None:
     turned = rotate(new_paper(), 30)
     places = np.array([[0.4 + 0.01 * k, 0.4] for k in range(25)])
     yes, no = np.ones(25, bool), np.zeros(25, bool)
-    assert contradiction(new_paper(), turned, Watched(places, changed=no, still=yes, turned=no, bare=no)) == 0
     assert (
-        contradiction(new_paper(), turned, Watched(places, changed=yes, still=no, turned=yes, bare=no)) == 1
+        contradiction(new_paper(), turned, WatchedPlaces(places, changed=no, still=yes, turned=no, bare=no))
+        == 0
+    )
+    assert (
+        contradiction(new_paper(), turned, WatchedPlaces(places, changed=yes, still=no, turned=yes, bare=no))
+        == 1
     )
     assert (
         contradiction(
-            new_paper(), flip(new_paper(), "x"), Watched(places, changed=no, still=yes, turned=no, bare=no)
+            new_paper(),
+            flip(new_paper(), "x"),
+            WatchedPlaces(places, changed=no, still=yes, turned=no, bare=no),
         )
         == 1
     )
@@ -99,20 +109,20 @@ def test_a_turn_of_the_whole_paper_bares_the_table_at_its_corners() -> None:
     yes, no = np.ones(24, bool), np.zeros(24, bool)
     for degrees in (90, -90):
         turned = rotate(new_paper(), degrees)
-        still = Watched(corners, changed=no, still=yes, turned=no, bare=no)
+        still = WatchedPlaces(corners, changed=no, still=yes, turned=no, bare=no)
         assert contradiction(new_paper(), turned, still) == 1
-        assert contradiction(new_paper(), turned, Watched(corners, yes, no, no, yes)) == 0
+        assert contradiction(new_paper(), turned, WatchedPlaces(corners, yes, no, no, yes)) == 0
 
 
 def test_a_turn_of_the_whole_paper_never_bares_its_middle() -> None:
     middle = np.array([[0.4 + 0.007 * k, 0.5] for k in range(30)])
     yes, no = np.ones(30, bool), np.zeros(30, bool)
     for degrees in (10, 90, 180):
-        seen = Watched(middle, changed=yes, still=no, turned=no, bare=yes)
+        seen = WatchedPlaces(middle, changed=yes, still=no, turned=no, bare=yes)
         assert contradiction(new_paper(), rotate(new_paper(), degrees), seen) == 1
     assert contradiction(new_paper(), flip(new_paper(), "x"), seen) == 0
 
 
 def test_few_watched_places_say_nothing() -> None:
-    seen = Watched(np.array([[0.5, 0.5]]), *(np.array([True]) for _ in range(4)))
+    seen = WatchedPlaces(np.array([[0.5, 0.5]]), *(np.array([True]) for _ in range(4)))
     assert contradiction(new_paper(), new_paper(), seen) == 0

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folding_server.errors import PhotoError
-from folding_server.frames.image_differences import difference, soften, solid_area
+from folding_server.frames.image_differences import changed_pixels, soften, solid_area
 from folding_server.frames.keyframes import propose_keyframes
-from folding_server.frames.sequence_writer import Paper, keyframes_command, write_sequence
+from folding_server.frames.sequence_writer import DeclaredSheet, keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence
 from paths import SHARED
 from PIL import Image
@@ -151,14 +151,14 @@ def test_a_change_of_light_or_grain_is_no_difference() -> None:
     scene = np.repeat(np.linspace(60, 200, 160)[None, :, None], 120, axis=0).repeat(3, axis=2)
     first = soften((scene + random.normal(0, 3, scene.shape)).astype(np.uint8))
     second = soften((scene * 0.85 + random.normal(0, 3, scene.shape)).astype(np.uint8))
-    assert solid_area(difference(first, second), 10) == 0
+    assert solid_area(changed_pixels(first, second), 10) == 0
     second[40:60, 40:60] += 60
-    assert solid_area(difference(first, second), 10) == 20 * 20
+    assert solid_area(changed_pixels(first, second), 10) == 20 * 20
 
 
 def test_the_written_folder_is_a_sequence_with_images_in_between(tmp_path: Path) -> None:
     clip = write_clip(tmp_path / "boat.mp4", FOLDS[:5])
-    told = Paper(front_color="white", back_color="blue")
+    told = DeclaredSheet(front_color="white", back_color="blue")
     report = keyframes_command(clip.path, tmp_path / "sequences" / "boat", paper=told)
     sequence = Library([tmp_path / "sequences"]).open("boat")
     assert sequence.keyframes == report.keyframes
@@ -187,15 +187,15 @@ def test_chosen_images_are_written_as_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("indices", "paper", "sentence"),
     [
-        ([], Paper(), "no keyframes are named"),
-        ([5, 5], Paper(), "keyframes must increase, but 5 comes after 5"),
-        ([5, 900], Paper(), r"image 900 is not in clip\.mp4"),
-        ([5], Paper(front_color="reddish"), "the colour 'reddish' is not known"),
-        ([5], Paper(name="../x"), "is a path"),
+        ([], DeclaredSheet(), "no keyframes are named"),
+        ([5, 5], DeclaredSheet(), "keyframes must increase, but 5 comes after 5"),
+        ([5, 900], DeclaredSheet(), r"image 900 is not in clip\.mp4"),
+        ([5], DeclaredSheet(front_color="reddish"), "the colour 'reddish' is not known"),
+        ([5], DeclaredSheet(name="../x"), "is a path"),
     ],
 )
 def test_a_refused_sequence_leaves_nothing_behind(
-    tmp_path: Path, indices: list[int], paper: Paper, sentence: str
+    tmp_path: Path, indices: list[int], paper: DeclaredSheet, sentence: str
 ) -> None:
     clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE)])
     with pytest.raises(PhotoError, match=sentence):

@@ -1,9 +1,9 @@
 """What one photo's light does to the colours learned from the others, and what a hand must not do to them."""
 
 import numpy as np
+from folding_server.arrays import Image
 from folding_server.vision.adapting import adapt
-from folding_server.vision.appearance import Look, Palette
-from folding_server.vision.colours import Image
+from folding_server.vision.appearance import ColourModels, Look
 from folding_server.vision.surfaces import Surface
 from vision_scenes import GRID
 
@@ -29,7 +29,7 @@ def photographed(hand_columns: int) -> Image:
 
 def brown_seen(hand_columns: int) -> np.ndarray:
     """The brown side as a photo shows it, by that photo."""
-    palette = Palette(plain(*TABLE), plain(*YELLOW), plain(*BROWN))
+    palette = ColourModels(plain(*TABLE), plain(*YELLOW), plain(*BROWN))
     everything = np.ones((GRID.rows, GRID.cols), bool)
     back = adapt(photographed(hand_columns), everything, GRID, palette).back
     assert back is not None

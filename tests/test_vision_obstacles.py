@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 import pytest
+from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, is_paper
-from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import see_sequence
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint, share_right
@@ -39,13 +39,13 @@ def test_the_blurred_border_of_a_white_sheet_is_no_grey_back(back: tuple[int, in
     assert not (seen.labels == BACK).any()
 
 
-def wood(rng: np.random.Generator) -> Picture:
+def wood(rng: np.random.Generator) -> RgbImage:
     """A brown table with grain along it."""
     grain = cv2.GaussianBlur(rng.normal(0, 1, (SIDE, SIDE)), (0, 0), sigmaX=1.0, sigmaY=12)
     return np.clip(np.array([150, 105, 65]) * (1 + 0.6 * grain[..., None]), 0, 255).astype(np.uint8)
 
 
-def on_table(paper: Paper, look: Look, table: Picture, seed: int) -> Picture:
+def on_table(paper: Paper, look: Look, table: RgbImage, seed: int) -> RgbImage:
     """A painted photo whose table is a picture."""
     shown = draw_paper(paper, GRID) > 0
     noise = np.random.default_rng(seed).normal(0, 1.5, table.shape)

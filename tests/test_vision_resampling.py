@@ -1,7 +1,8 @@
 """Pictures carried from one grid to another stay where they are on the table."""
 
 import numpy as np
-from folding_server.vision.grid import Floats, Grid, grid_over
+from folding_server.arrays import Floats
+from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.resampling import resampled
 from hypothesis import given
 from hypothesis import strategies as st

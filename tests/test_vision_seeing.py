@@ -13,7 +13,7 @@ from folding_server.geometry.isometry import turn
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.grid import Grid, grid_over
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import Eyes, see_sequence
 from paths import SHARED
@@ -158,7 +158,7 @@ def test_ray_traced_photos_are_labelled_right(name: str, frames: tuple[int, ...]
         assert (seen.labels == UNKNOWN)[100:300, 100:300].mean() < 0.25
 
 
-def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> Labels:
+def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> LabelImage:
     pixels = frame["camera"]["vertex_pixels"]
     places = dict(
         zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True)

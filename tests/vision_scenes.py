@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 import numpy.typing as npt
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.photographer.color_spaces import floats, to_linear, to_srgb
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
-from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper
 
 SIDE = 360
@@ -24,7 +24,7 @@ GRID = Grid(-0.5, 1.5, SIDE / 2, SIDE, SIDE)
 class PhotoList:
     """Photos held in memory."""
 
-    photos: Sequence[Picture] = field(repr=False)
+    photos: Sequence[RgbImage] = field(repr=False)
     front_color: str | None = None
     back_color: str | None = None
     name: str = "the test"
@@ -34,7 +34,7 @@ class PhotoList:
         """How many there are."""
         return len(self.photos)
 
-    def photo(self, frame: int) -> Picture:
+    def photo(self, frame: int) -> RgbImage:
         """One of them, counted from 1."""
         if not 1 <= frame <= len(self.photos):
             raise PhotoError(f"frame {frame} is not in 1..{len(self.photos)}")
@@ -51,7 +51,7 @@ class Look:
     lamp: float = 0.25
 
 
-def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) -> Picture:
+def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) -> RgbImage:
     """A photo of a folded sheet: flat colours, their light slightly blurred, under a lamp and with noise."""
     fine = Grid(GRID.left, GRID.top, GRID.pixels_per_unit * 3, SIDE * 3, SIDE * 3)
     colours = np.array([look.table, look.front, look.back], np.float32)
@@ -62,7 +62,7 @@ def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) 
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
-def read_rgb(path: object) -> Picture:
+def read_rgb(path: object) -> RgbImage:
     """A picture file as RGB."""
     bgr = cv2.imread(str(path))
     assert bgr is not None

@@ -25,3 +25,12 @@ Mask = Bools
 
 Geometries = NDArray[Any]
 """Shapely geometries; shapely's stubs know no narrower type of their arrays."""
+
+Image = Float32s
+"""A picture in floats, (height, width) or (height, width, channels)."""
+
+RgbImage = NDArray[np.uint8]
+"""An RGB picture, (height, width, 3), 0 to 255."""
+
+ByteMask = NDArray[np.uint8]
+"""A mask in bytes, as OpenCV takes and makes them, (height, width): 0 where not, up to 255 where wholly."""

@@ -246,7 +246,7 @@ def keyframes(
     as_json: Json = False,
 ) -> None:
     """Propose the keyframes of a video and write them as a sequence."""
-    from folding_server.frames.sequence_writer import Paper as Told
+    from folding_server.frames.sequence_writer import DeclaredSheet as Told
     from folding_server.frames.sequence_writer import keyframes_command
 
     told = Told(front_color=front_color, back_color=back_color)

@@ -6,17 +6,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from folding_server.arrays import Mask
 from folding_server.frames.image_differences import (
-    Mask,
     Small,
     border_ring,
-    difference,
+    changed_pixels,
     nudged_back,
     reaching,
     solid_area,
     usual,
 )
-from folding_server.frames.stillness import Watched
+from folding_server.frames.stillness import StillSpans
 
 TOUCHED_PART = 0.007
 """The part of the border that looks strange where a hand comes in; a lamp or a nudge changes less."""
@@ -35,7 +35,7 @@ _REPAINTED = 24.0
 
 
 @dataclass(frozen=True)
-class Scene:
+class HandlessScene:
     """What a folding video shows without hands: the table as it mostly looks, and the colours of the paper.
 
     `table` is RGB of shape (height, width, 3). `paper` is True for each coarse colour of the paper, shape
@@ -60,13 +60,13 @@ class Scene:
         return back is None or differs(before, back, least)
 
     def _differs_bare(self, before: Small, after: Small, least: float) -> bool:
-        return solid_area(difference(before, after), least) > 0
+        return solid_area(changed_pixels(before, after), least) > 0
 
     def _differs_beside_hands(self, before: Small, after: Small, least: float) -> bool:
         """Whether something differs clear of what comes in over the border, or much of what is joined to it."""
         ring = border_ring(after.shape)
-        hand = reaching(difference(before, after), ring)
-        plainly = difference(before, after, _REPAINTED) & self._shown(before, after)
+        hand = reaching(changed_pixels(before, after), ring)
+        plainly = changed_pixels(before, after, _REPAINTED) & self._shown(before, after)
         joined = solid_area(plainly & hand, least, ring)
         return joined > JOINED_PART * hand.sum() or solid_area(plainly & ~hand, least, ring) > 0
 
@@ -80,13 +80,13 @@ class Scene:
         A hand is what is neither table nor paper in a difference that reaches the border.
         """
         plain = self._plain(before) & self._plain(after)
-        strange = ~plain & reaching(difference(before, after), border_ring(after.shape))
+        strange = ~plain & reaching(changed_pixels(before, after), border_ring(after.shape))
         shown: Mask = plain & ~_around(strange)
         return shown
 
     def _plain(self, picture: Small) -> Mask:
         """Where the picture shows the table or a colour of the paper."""
-        plain: Mask = ~difference(self.table, picture, _REPAINTED) | self.paper[_coarse(picture)]
+        plain: Mask = ~changed_pixels(self.table, picture, _REPAINTED) | self.paper[_coarse(picture)]
         return plain
 
 
@@ -105,17 +105,17 @@ def _around(strange: Mask) -> Mask:
     return near
 
 
-def know_scene(watched: Watched) -> Scene:
+def handless_scene(watched: StillSpans) -> HandlessScene:
     """What the table, the paper and the border look like in a video with at least one still span."""
     pictures = np.array([still.picture for still in watched.stills])
     free = _hands_free(watched)
     bare = pictures[np.flatnonzero(free)]
     shape = pictures.shape[1:]
     table = usual(bare[:: -(-len(bare) // _TABLE_SAMPLES)].reshape(-1, shape[0] * shape[1], 3)).reshape(shape)
-    return Scene(table, _paper_colors(bare, table), tuple(free))
+    return HandlessScene(table, _paper_colors(bare, table), tuple(free))
 
 
-def _hands_free(watched: Watched) -> list[bool]:
+def _hands_free(watched: StillSpans) -> list[bool]:
     """For each still span, whether the border of its picture looks as it mostly does.
 
     True of all spans if that can be said of less than LEAST_FREE of the still time.
@@ -123,7 +123,7 @@ def _hands_free(watched: Watched) -> list[bool]:
     ring = border_ring(watched.stills[0].picture.shape)
     step = -(-len(watched.border) // _SAMPLES)
     bare = usual(watched.border[::step])[None]
-    parts = [float(difference(bare, still.picture[ring][None]).mean()) for still in watched.stills]
+    parts = [float(changed_pixels(bare, still.picture[ring][None]).mean()) for still in watched.stills]
     free = [part < TOUCHED_PART for part in parts]
     still = sum(still.seconds for still in watched.stills)
     seen = sum(still.seconds for still, bare in zip(watched.stills, free, strict=True) if bare)
@@ -134,7 +134,7 @@ def _paper_colors(pictures: NDArray[np.float32], table: Small) -> Mask:
     """The coarse colours, and their neighbours, of what is not table in `pictures` without hands."""
     counts = np.zeros((_BINS, _BINS, _BINS))
     for picture in pictures:
-        other = difference(table, picture)
+        other = changed_pixels(table, picture)
         np.add.at(counts, tuple(bins[other] for bins in _coarse(picture)), 1)
     common = counts > _LEAST_SHARE * max(1.0, counts.sum())
     wide = np.zeros(common.shape, np.bool_)

@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from folding_server.arrays import Mask
+
 Small = NDArray[np.float32]
 """A small RGB picture, float32, shape (height, width, 3), values 0 to 255."""
-Mask = NDArray[np.bool_]
 
 LEAST_STEP = 10.0
 MOST_STEP = 28.0
@@ -25,7 +26,7 @@ def soften(image: NDArray[np.uint8]) -> Small:
     return cast("Small", cv2.blur(image.astype(np.float32), (3, 3)))
 
 
-def difference(before: Small, after: Small, least_step: float = LEAST_STEP) -> Mask:
+def changed_pixels(before: Small, after: Small, least_step: float = LEAST_STEP) -> Mask:
     """Where two pictures differ by more than light, noise and `least_step`; shape (height, width).
 
     The light may change as a whole: each channel is first brought to one level by its median ratio, which is

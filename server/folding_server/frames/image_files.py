@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 
-Rgb = NDArray[np.uint8]
-
 MODEL_SIDE = 1024
-MAX_BYTES = 590_000
+MAX_ENCODED_BYTES = 590_000
 """Largest encoded picture: it stays under 800 kB when it travels in base64, which adds a third."""
 MIN_SIDE = 32
 MAX_PIXELS = 120_000_000
@@ -43,7 +41,7 @@ _BROKEN = (
 
 
 @dataclass(frozen=True)
-class Picture:
+class EncodedImage:
     """An encoded image, ready to send: bytes, media type, size in pixels, and what it shows in words."""
 
     data: bytes
@@ -53,7 +51,7 @@ class Picture:
     caption: str = ""
 
 
-def decode(path: Path, longest: int | None = None) -> Rgb:
+def decode(path: Path, longest: int | None = None) -> RgbImage:
     """The JPEG or PNG at `path` as RGB, shape (height, width, 3), upright, on white where transparent.
 
     With `longest` the picture is scaled down until its longest side is at most that many pixels.
@@ -66,7 +64,7 @@ def decode(path: Path, longest: int | None = None) -> Rgb:
     return decode_bytes(data, _short(path), longest)
 
 
-def decode_bytes(data: bytes, called: str, longest: int | None = None) -> Rgb:
+def decode_bytes(data: bytes, called: str, longest: int | None = None) -> RgbImage:
     """Like `decode`, from the bytes of the file; `called` names the picture in errors."""
     image = _open(data, called)
     _check_size(image, called)
@@ -85,30 +83,30 @@ def decode_bytes(data: bytes, called: str, longest: int | None = None) -> Rgb:
     return np.asarray(shrunk, dtype=np.uint8)
 
 
-def scale_to(rgb: Rgb, longest: int) -> Rgb:
+def scale_to(rgb: RgbImage, longest: int) -> RgbImage:
     """`rgb` scaled down so that its longest side is at most `longest` pixels; never scaled up."""
     if max(rgb.shape[:2]) <= longest:
         return rgb
     return np.asarray(_shrink(Image.fromarray(rgb), longest), dtype=np.uint8)
 
 
-def encode_png(rgb: Rgb, caption: str = "") -> Picture:
+def encode_png(rgb: RgbImage, caption: str = "") -> EncodedImage:
     """`rgb` as a PNG of the same size; nothing is lost, so the size in bytes is not bounded."""
     buffer = io.BytesIO()
     Image.fromarray(rgb).save(buffer, "PNG", optimize=False, compress_level=6)
-    return Picture(buffer.getvalue(), "image/png", rgb.shape[1], rgb.shape[0], caption)
+    return EncodedImage(buffer.getvalue(), "image/png", rgb.shape[1], rgb.shape[0], caption)
 
 
-def encode_jpeg(rgb: Rgb, quality: int, caption: str = "") -> Picture:
+def encode_jpeg(rgb: RgbImage, quality: int, caption: str = "") -> EncodedImage:
     """`rgb` as a JPEG of a quality of 1 to 95, colours at full resolution: thin edges keep their colour."""
     buffer = io.BytesIO()
     Image.fromarray(rgb).save(buffer, "JPEG", quality=quality, subsampling=0)
-    return Picture(buffer.getvalue(), "image/jpeg", rgb.shape[1], rgb.shape[0], caption)
+    return EncodedImage(buffer.getvalue(), "image/jpeg", rgb.shape[1], rgb.shape[0], caption)
 
 
 def encode_for_model(
-    rgb: Rgb, longest: int = MODEL_SIDE, max_bytes: int = MAX_BYTES, caption: str = ""
-) -> Picture:
+    rgb: RgbImage, longest: int = MODEL_SIDE, max_bytes: int = MAX_ENCODED_BYTES, caption: str = ""
+) -> EncodedImage:
     """`rgb` as a JPEG whose longest side is at most `longest` and which has at most `max_bytes` bytes.
 
     Quality steps down first; if the lowest is still too large, the picture shrinks by a fifth at a time.

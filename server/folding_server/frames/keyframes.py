@@ -6,23 +6,23 @@ from pathlib import Path
 import numpy as np
 
 from folding_server.errors import PhotoError
-from folding_server.frames.hand_detection import Scene, know_scene
-from folding_server.frames.stillness import Still, Watched, watch
-from folding_server.frames.video import Moment, Video, open_video
+from folding_server.frames.hand_detection import HandlessScene, handless_scene
+from folding_server.frames.stillness import Still, StillSpans, still_spans
+from folding_server.frames.video import Video, VideoImage, open_video
 
-SIDE = 256
+WATCHED_SIDE = 256
 RATE = 15.0
 STILL_SECONDS = 0.4
 HELD_SECONDS = 1.0
 """How long hands must rest for a moment with hands in the picture to count as a keyframe of its own."""
 CHANGED_PART = 0.001
 
-Progress = Callable[[float], None]
+VideoProgress = Callable[[float], None]
 """Told the part of the video seen so far, 0 to 1."""
 
 
 def propose_keyframes(
-    video: Path, still_seconds: float = STILL_SECONDS, progress: Progress | None = None
+    video: Path, still_seconds: float = STILL_SECONDS, progress: VideoProgress | None = None
 ) -> list[int]:
     """Indices of the images of `video` in which the paper lies still and has changed since the one before.
 
@@ -30,7 +30,7 @@ def propose_keyframes(
     counts when the hand rests for a second. Raises PhotoError if the video cannot be read or never rests.
     """
     clip = open_video(video)
-    watched = watch(_told(clip, clip.moments(SIDE, RATE), progress), still_seconds)
+    watched = still_spans(_told(clip, clip.moments(WATCHED_SIDE, RATE), progress), still_seconds)
     if not watched.stills:
         raise PhotoError(
             f"nothing in {video.name} lies still for {still_seconds:g} seconds: "
@@ -39,13 +39,13 @@ def propose_keyframes(
     return [still.index for still in choose(watched)]
 
 
-def choose(watched: Watched) -> list[Still]:
+def choose(watched: StillSpans) -> list[Still]:
     """The still spans that show new states of the paper, in order; at least one span must be given.
 
     A state is shown by a span without hands if the film has one. One with hands counts where the paper plainly
     differs from what the spans without hands before and after it show.
     """
-    scene = know_scene(watched)
+    scene = handless_scene(watched)
     least = CHANGED_PART * scene.table.shape[0] * scene.table.shape[1]
     chosen: list[Still] = []
     held: list[Still] = []
@@ -61,7 +61,7 @@ def choose(watched: Watched) -> list[Still]:
 
 
 def _hidden_states(
-    scene: Scene, least: float, before: list[Still], held: list[Still], after: list[Still]
+    scene: HandlessScene, least: float, before: list[Still], held: list[Still], after: list[Still]
 ) -> list[Still]:
     """Of the spans `held` under hands those that show states of their own, the least covered one for each.
 
@@ -78,12 +78,12 @@ def _hidden_states(
     return found
 
 
-def _differ(scene: Scene, least: float, first: Still, second: Still) -> bool:
+def _differ(scene: HandlessScene, least: float, first: Still, second: Still) -> bool:
     """Whether two spans, hands in them or not, show different papers."""
     return scene.changed(first.picture, second.picture, least, free=False)
 
 
-def _told(clip: Video, moments: Iterable[Moment], progress: Progress | None) -> Iterator[Moment]:
+def _told(clip: Video, moments: Iterable[VideoImage], progress: VideoProgress | None) -> Iterator[VideoImage]:
     """The moments as they come, with `progress` told about each."""
     last = max(clip.times[-1], 1e-9)
     for moment in moments:

@@ -10,7 +10,7 @@ from folding_server.errors import FoldingError, PhotoError
 from folding_server.frames.color_names import color_rgb
 
 FILE_NAME = "keyframes.json"
-MAX_BYTES = 4_000_000
+MAX_MANIFEST_BYTES = 4_000_000
 NAME_LENGTH = 200
 
 
@@ -91,9 +91,9 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 def _json(path: Path) -> object:
-    if path.stat().st_size > MAX_BYTES:
+    if path.stat().st_size > MAX_MANIFEST_BYTES:
         raise PhotoError(
-            f"{path.parent.name}/{FILE_NAME} is larger than {MAX_BYTES // 10**6} MB: it is no manifest"
+            f"{path.parent.name}/{FILE_NAME} is larger than {MAX_MANIFEST_BYTES // 10**6} MB: it is no manifest"
         )
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"))

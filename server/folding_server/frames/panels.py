@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.image_files import Rgb
 
 PAPER = (255, 255, 255)
 INK = (30, 30, 30)
 ACCENT = (176, 42, 32)
-GAP = 6
+TILE_GAP = 6
 MAX_SIDE = 2000
 MAX_TILE = 768
 MIN_CELL = 24
@@ -37,14 +37,14 @@ LIMIT = Size(MAX_SIDE, MAX_SIDE)
 class Tile:
     """One image, RGB of shape (height, width, 3), with a caption above it; `marked` frames it in red."""
 
-    image: Rgb
+    image: RgbImage
     caption: str = ""
     marked: bool = False
 
 
 def side_by_side(
-    images: Sequence[Rgb], captions: Sequence[str], max_width: int = MAX_SIDE, max_height: int = MAX_TILE
-) -> Rgb:
+    images: Sequence[RgbImage], captions: Sequence[str], max_width: int = MAX_SIDE, max_height: int = MAX_TILE
+) -> RgbImage:
     """`images` in one row, scaled to one height, each under its caption.
 
     The row is at most `max_width` wide and its images at most `max_height` high.
@@ -53,8 +53,11 @@ def side_by_side(
 
 
 def columns(
-    photos: Sequence[Rgb], diagrams: Sequence[Rgb], captions: Sequence[str], max_side: int = MAX_SIDE
-) -> Rgb:
+    photos: Sequence[RgbImage],
+    diagrams: Sequence[RgbImage],
+    captions: Sequence[str],
+    max_side: int = MAX_SIDE,
+) -> RgbImage:
     """Photos above, diagrams below, a caption over each column; columns wrap where that makes them larger.
 
     The three lists have the same length, from 1. No side of the panel is longer than `max_side`.
@@ -68,14 +71,14 @@ def columns(
     return table(rows, Size(max_side, max_side))
 
 
-def wrapped(tiles: Sequence[Tile], max_side: int = MAX_SIDE) -> Rgb:
+def wrapped(tiles: Sequence[Tile], max_side: int = MAX_SIDE) -> RgbImage:
     """`tiles` in reading order, in as many rows as make them largest within a square of `max_side`."""
     per_row = _best_wrap(len(tiles), 1, _aspect(tiles), max_side)
     rows = [tiles[start : start + per_row] for start in range(0, len(tiles), per_row)]
     return table(rows, Size(max_side, max_side))
 
 
-def table(rows: Sequence[Sequence[Tile]], limit: Size = LIMIT) -> Rgb:
+def table(rows: Sequence[Sequence[Tile]], limit: Size = LIMIT) -> RgbImage:
     """Tiles in rows, all cells of one size, within `limit`; images keep their shape, centred in their cell.
 
     Raises PhotoError when there are so many tiles that a cell would be smaller than 24 pixels.
@@ -86,16 +89,16 @@ def table(rows: Sequence[Sequence[Tile]], limit: Size = LIMIT) -> Rgb:
     bars = [any(tile.caption for tile in row) for row in rows]
     cell, bar = _cell(max(map(len, rows)), bars, _aspect(every), limit)
     canvas = Image.new("RGB", _canvas(max(map(len, rows)), bars, cell, bar), PAPER)
-    top = GAP
+    top = TILE_GAP
     for row, has_bar in zip(rows, bars, strict=True):
         top += bar if has_bar else 0
         for column, tile in enumerate(row):
-            _draw(canvas, tile, Size(GAP + column * (cell.width + GAP), top), cell, bar)
-        top += cell.height + GAP
+            _draw(canvas, tile, Size(TILE_GAP + column * (cell.width + TILE_GAP), top), cell, bar)
+        top += cell.height + TILE_GAP
     return np.asarray(canvas)
 
 
-def _tiles(images: Sequence[Rgb], captions: Sequence[str]) -> list[Tile]:
+def _tiles(images: Sequence[RgbImage], captions: Sequence[str]) -> list[Tile]:
     return [Tile(image, caption) for image, caption in zip(images, captions, strict=True)]
 
 
@@ -110,9 +113,9 @@ def _bar_height(cell_width: int) -> int:
 
 def _cell(across: int, bars: Sequence[bool], aspect: float, limit: Size) -> tuple[Size, int]:
     """The largest cell that lets the table fit, and the height of a caption bar over it."""
-    width = min((limit.width - GAP * (across + 1)) // across, round(MAX_TILE * max(1.0, aspect)))
+    width = min((limit.width - TILE_GAP * (across + 1)) // across, round(MAX_TILE * max(1.0, aspect)))
     bar = _bar_height(width)
-    free = limit.height - GAP * (len(bars) + 1) - bar * sum(bars)
+    free = limit.height - TILE_GAP * (len(bars) + 1) - bar * sum(bars)
     height = min(free // len(bars), round(width / aspect), MAX_TILE)
     cell = Size(min(width, round(height * aspect)), height)
     if min(cell) < MIN_CELL:
@@ -122,8 +125,8 @@ def _cell(across: int, bars: Sequence[bool], aspect: float, limit: Size) -> tupl
 
 def _canvas(across: int, bars: Sequence[bool], cell: Size, bar: int) -> Size:
     return Size(
-        across * (cell.width + GAP) + GAP,
-        len(bars) * (cell.height + GAP) + GAP + bar * sum(bars),
+        across * (cell.width + TILE_GAP) + TILE_GAP,
+        len(bars) * (cell.height + TILE_GAP) + TILE_GAP + bar * sum(bars),
     )
 
 
@@ -132,8 +135,8 @@ def _best_wrap(count: int, rows_a_band: int, aspect: float, max_side: int) -> in
     wraps = {bands: -(-count // bands) for bands in range(1, count + 1)}
     widths = {
         bands: min(
-            (max_side - GAP) / across - GAP,
-            ((max_side - GAP - 30 * bands) / (bands * rows_a_band) - GAP) * aspect,
+            (max_side - TILE_GAP) / across - TILE_GAP,
+            ((max_side - TILE_GAP - 30 * bands) / (bands * rows_a_band) - TILE_GAP) * aspect,
         )
         for bands, across in wraps.items()
     }

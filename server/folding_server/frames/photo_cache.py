@@ -4,7 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
 
-from folding_server.frames.image_files import Rgb
+from folding_server.arrays import RgbImage
 
 CAPACITY = 256 * 2**20
 
@@ -14,11 +14,11 @@ class PhotoCache:
 
     def __init__(self, capacity: int = CAPACITY) -> None:
         self._capacity = capacity
-        self._photos: OrderedDict[Hashable, Rgb] = OrderedDict()
+        self._photos: OrderedDict[Hashable, RgbImage] = OrderedDict()
         self._lock = Lock()
         self.bytes_held = 0
 
-    def get(self, key: Hashable, make: Callable[[], Rgb]) -> Rgb:
+    def get(self, key: Hashable, make: Callable[[], RgbImage]) -> RgbImage:
         """The photo kept under `key`, or the one that `make` returns; two threads may both make it."""
         with self._lock:
             if key in self._photos:
@@ -30,7 +30,7 @@ class PhotoCache:
             self._keep(key, photo)
         return photo
 
-    def _keep(self, key: Hashable, photo: Rgb) -> None:
+    def _keep(self, key: Hashable, photo: RgbImage) -> None:
         if key in self._photos or photo.nbytes > self._capacity:
             return
         self._photos[key] = photo

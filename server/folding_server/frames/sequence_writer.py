@@ -11,9 +11,9 @@ from pathlib import Path
 
 from folding_server.errors import PhotoError
 from folding_server.frames.color_names import color_rgb
-from folding_server.frames.filmstrip import MAX_IMAGES, evenly_spaced
+from folding_server.frames.filmstrip import MAX_STRIP_IMAGES, evenly_spaced
 from folding_server.frames.image_files import decode, encode_jpeg, encode_png
-from folding_server.frames.keyframes import STILL_SECONDS, Progress, propose_keyframes
+from folding_server.frames.keyframes import STILL_SECONDS, VideoProgress, propose_keyframes
 from folding_server.frames.manifest import FILE_NAME
 from folding_server.frames.panels import Tile, wrapped
 from folding_server.frames.sequences import load_sequence
@@ -36,7 +36,7 @@ class KeyframesReport:
 
 
 @dataclass(frozen=True)
-class Paper:
+class DeclaredSheet:
     """What a manifest tells about the sheet; None is left out."""
 
     name: str | None = None
@@ -44,7 +44,7 @@ class Paper:
     back_color: str | None = None
 
 
-UNTOLD = Paper()
+NOTHING_DECLARED = DeclaredSheet()
 
 
 def keyframes_command(
@@ -53,8 +53,8 @@ def keyframes_command(
     *,
     indices: Sequence[int] | None = None,
     still_seconds: float = STILL_SECONDS,
-    paper: Paper = UNTOLD,
-    progress: Progress | None = None,
+    paper: DeclaredSheet = NOTHING_DECLARED,
+    progress: VideoProgress | None = None,
 ) -> KeyframesReport:
     """Propose keyframes of `video`, or take `indices`; write the sequence folder `out` and a contact sheet.
 
@@ -68,7 +68,12 @@ def keyframes_command(
 
 
 def write_sequence(
-    video: Path, folder: Path, indices: Sequence[int], *, between: int = MAX_IMAGES, paper: Paper = UNTOLD
+    video: Path,
+    folder: Path,
+    indices: Sequence[int],
+    *,
+    between: int = MAX_STRIP_IMAGES,
+    paper: DeclaredSheet = NOTHING_DECLARED,
 ) -> KeyframesReport:
     """Write `folder` as a sequence whose keyframes are the images `indices` of `video`, increasing.
 
@@ -89,7 +94,7 @@ def write_sequence(
     return KeyframesReport(folder, tuple(indices), seconds, folder / CONTACT_SHEET)
 
 
-def _make(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: Paper) -> None:
+def _make(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: DeclaredSheet) -> None:
     """Write the folder beside its place and put it there."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     making = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
@@ -100,7 +105,7 @@ def _make(folder: Path, clip: Video, indices: Sequence[int], between: int, paper
         shutil.rmtree(making, ignore_errors=True)
 
 
-def _fill(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: Paper) -> None:
+def _fill(folder: Path, clip: Video, indices: Sequence[int], between: int, paper: DeclaredSheet) -> None:
     """Write everything a sequence folder holds, then read it back as a sequence to be sure of it."""
     frames = folder / "frames"
     frames.mkdir()
@@ -112,7 +117,7 @@ def _fill(folder: Path, clip: Video, indices: Sequence[int], between: int, paper
     (folder / CONTACT_SHEET).write_bytes(_contact_sheet(frames, clip, indices, wanted))
 
 
-def _manifest(clip: Video, indices: Sequence[int], paper: Paper) -> str:
+def _manifest(clip: Video, indices: Sequence[int], paper: DeclaredSheet) -> str:
     content = {
         "name": paper.name or clip.path.stem,
         "frames": "frames",
@@ -165,7 +170,7 @@ def _require_free(folder: Path) -> None:
         raise PhotoError(f"{folder} cannot be written, since {above} cannot: name another folder")
 
 
-def _require_known(paper: Paper) -> None:
+def _require_known(paper: DeclaredSheet) -> None:
     for color in (paper.front_color, paper.back_color):
         if color is not None:
             color_rgb(color)

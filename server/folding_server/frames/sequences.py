@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.filmstrip import MAX_IMAGES, evenly_spaced, filmstrip
-from folding_server.frames.image_files import MODEL_SIDE, Picture, Rgb, encode_for_model
+from folding_server.frames.filmstrip import MAX_STRIP_IMAGES, evenly_spaced, filmstrip
+from folding_server.frames.image_files import MODEL_SIDE, EncodedImage, encode_for_model
 from folding_server.frames.manifest import FILE_NAME, Manifest, check_name, read_manifest
 from folding_server.frames.photo_cache import PhotoCache
 from folding_server.frames.sources import FrameSource, file_stamp, image_folder, require_inside
@@ -44,22 +45,22 @@ class Sequence:
             raise PhotoError(f"frame {frame} is not in 1..{self.frame_count}")
         return self.keyframes[frame - 1]
 
-    def photo(self, frame: int) -> Rgb:
+    def photo(self, frame: int) -> RgbImage:
         """Keyframe `frame` in full size: RGB, shape (height, width, 3), read-only; PhotoError if broken."""
         return self.image(self.index(frame))
 
-    def image(self, index: int) -> Rgb:
+    def image(self, index: int) -> RgbImage:
         """The image at `index` of the video in full size, like `photo`."""
         key = (self.source.stamp(index), index)
         return self.cache.get(key, lambda: self.source.read(index))
 
-    def photo_for_model(self, frame: int) -> Picture:
+    def photo_for_model(self, frame: int) -> EncodedImage:
         """Keyframe `frame` as a JPEG to show a model: longest side at most 1024 pixels, under 800 kB."""
         index = self.index(frame)
         caption = f"Frame {frame} of {self.frame_count} of {self.name}"
         return encode_for_model(self.source.read(index, MODEL_SIDE), caption=caption)
 
-    def between(self, frame: int, count: int | None = MAX_IMAGES) -> list[int]:
+    def between(self, frame: int, count: int | None = MAX_STRIP_IMAGES) -> list[int]:
         """Indices of images between keyframes `frame` - 1 and `frame`: `count` evenly spaced, or all if None.
 
         Empty for frame 1 and where the sequence has no images in between.
@@ -71,7 +72,7 @@ class Sequence:
         inner = [index for index in self.source.indices() if start < index < end]
         return inner if count is None else evenly_spaced(inner, count)
 
-    def filmstrip(self, frame: int) -> Picture:
+    def filmstrip(self, frame: int) -> EncodedImage:
         """What happened between keyframes `frame` - 1 and `frame`: up to 5 images side by side.
 
         Where there are none in between, the two keyframes themselves; the picture's caption says which.
@@ -104,7 +105,7 @@ class Sequence:
             digest.update(_file_digest(path))
         return digest.hexdigest()
 
-    def _small(self, index: int) -> Rgb:
+    def _small(self, index: int) -> RgbImage:
         return self.source.read(index, _STRIP_SIDE)
 
 

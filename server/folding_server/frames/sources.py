@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.image_files import Rgb, decode
+from folding_server.frames.image_files import decode
 
 _IMAGE_NAME = re.compile(r"([0-9]{1,8})\.(jpe?g|png)", re.IGNORECASE)
 
@@ -18,7 +19,7 @@ class FrameSource(Protocol):
     def indices(self) -> Sequence[int]:
         """The indices of all images there are, increasing."""
 
-    def read(self, index: int, longest: int | None = None) -> Rgb:
+    def read(self, index: int, longest: int | None = None) -> RgbImage:
         """The image at `index`, scaled down to `longest` if given; PhotoError if it cannot be read."""
 
     def files(self, indices: Sequence[int]) -> list[Path]:
@@ -39,7 +40,7 @@ class ImageFolder:
         """The indices of all images in the folder, increasing."""
         return sorted(self.paths)
 
-    def read(self, index: int, longest: int | None = None) -> Rgb:
+    def read(self, index: int, longest: int | None = None) -> RgbImage:
         """The image at `index`, scaled down to `longest` if given; PhotoError if it cannot be read."""
         return decode(self._path(index), longest)
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.frames.image_differences import Small, border_ring, difference, soften, solid_area
-from folding_server.frames.video import Moment
+from folding_server.frames.image_differences import Small, border_ring, changed_pixels, soften, solid_area
+from folding_server.frames.video import VideoImage
 
 MOVING_PART = 0.0012
 """The part of the picture that must change for something to be moving."""
@@ -32,7 +32,7 @@ class Still:
 
 
 @dataclass(frozen=True)
-class Watched:
+class StillSpans:
     """A video seen once: its still spans, and samples of the picture's border, (count, pixels, 3)."""
 
     stills: list[Still]
@@ -42,7 +42,7 @@ class Watched:
 class _Span:
     """A still span in the making."""
 
-    def __init__(self, moment: Moment, picture: Small) -> None:
+    def __init__(self, moment: VideoImage, picture: Small) -> None:
         self.first = self.last = picture
         self.sum = picture.astype(np.float64)
         self.seen = [(moment.seconds, moment.index)]
@@ -51,11 +51,11 @@ class _Span:
         """Whether nothing has moved since the last picture, nor crept away since the first."""
         least = MOVING_PART * picture.shape[0] * picture.shape[1]
         return not any(
-            solid_area(difference(earlier, picture, MOVING_STEP), least)
+            solid_area(changed_pixels(earlier, picture, MOVING_STEP), least)
             for earlier in (self.last, self.first)
         )
 
-    def add(self, moment: Moment, picture: Small) -> None:
+    def add(self, moment: VideoImage, picture: Small) -> None:
         """Take one more picture into the span."""
         self.last = picture
         self.sum += picture
@@ -69,7 +69,7 @@ class _Span:
         return Still(middle[1], start, end, mean)
 
 
-def watch(moments: Iterable[Moment], least_seconds: float) -> Watched:
+def still_spans(moments: Iterable[VideoImage], least_seconds: float) -> StillSpans:
     """The spans of at least `least_seconds` without motion; a picture counts until the next one comes.
 
     Only the span in the making and the means of finished ones are held in memory.
@@ -90,7 +90,7 @@ def watch(moments: Iterable[Moment], least_seconds: float) -> Watched:
         _keep(stills, span, now, least_seconds)
         span = _Span(moment, picture)
     _keep(stills, span, now + step, least_seconds)
-    return Watched(stills, np.array(border, np.float32))
+    return StillSpans(stills, np.array(border, np.float32))
 
 
 def _keep(stills: list[Still], span: _Span | None, end: float, least_seconds: float) -> None:

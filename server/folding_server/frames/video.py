@@ -14,8 +14,9 @@ from av.sidedata.sidedata import SideData
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
+from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.image_files import MAX_PIXELS, MIN_SIDE, Rgb
+from folding_server.frames.image_files import MAX_PIXELS, MIN_SIDE
 from folding_server.frames.sources import file_stamp
 
 FORMATS = (
@@ -29,12 +30,12 @@ _ATTACHED = av.stream.Disposition.attached_pic
 
 
 @dataclass(frozen=True)
-class Moment:
+class VideoImage:
     """One image of a video: its index, its time in seconds from the first image, its pixels."""
 
     index: int
     seconds: float
-    image: Rgb
+    image: RgbImage
 
 
 @dataclass(frozen=True)
@@ -65,11 +66,11 @@ class Video:
         self._check(index)
         return file_stamp(self.path)
 
-    def read(self, index: int, longest: int | None = None) -> Rgb:
+    def read(self, index: int, longest: int | None = None) -> RgbImage:
         """The image at `index`, upright, scaled down to `longest` if given; PhotoError if it is broken."""
         return next(self.read_each([index], longest)).image
 
-    def read_each(self, indices: Sequence[int], longest: int | None = None) -> Iterator[Moment]:
+    def read_each(self, indices: Sequence[int], longest: int | None = None) -> Iterator[VideoImage]:
         """The images at `indices` (increasing), decoded in one pass that skips what it can.
 
         Raises PhotoError for an index outside the video and for an image that cannot be decoded.
@@ -78,16 +79,16 @@ class Video:
         with _opened(self.path) as (container, stream):
             walk = _Walk(self, container, stream)
             for index in indices:
-                yield Moment(index, self.times[index], _pixels(walk.frame(index), longest))
+                yield VideoImage(index, self.times[index], _pixels(walk.frame(index), longest))
 
-    def moments(self, longest: int, rate: float) -> Iterator[Moment]:
+    def moments(self, longest: int, rate: float) -> Iterator[VideoImage]:
         """The images in order, at most `rate` a second, scaled down to `longest`, without broken ones."""
         due = 0.0
         with _opened(self.path) as (container, stream):
             for index, frame in _decoded(self, container, stream):
                 if self.times[index] + 1e-9 >= due:
                     due = max(due + 1 / rate, self.times[index] + 0.5 / rate)
-                    yield Moment(index, self.times[index], _pixels(frame, longest))
+                    yield VideoImage(index, self.times[index], _pixels(frame, longest))
 
     def _check(self, index: int) -> None:
         if not 0 <= index < len(self.times):
@@ -246,7 +247,7 @@ class _Walk:
         return None
 
 
-def _pixels(frame: av.VideoFrame, longest: int | None) -> Rgb:
+def _pixels(frame: av.VideoFrame, longest: int | None) -> RgbImage:
     """The frame as RGB, scaled down to `longest`, turned and mirrored as the file asks."""
     factor = min(1.0, (longest or max(frame.width, frame.height)) / max(frame.width, frame.height))
     size = max(1, round(frame.width * factor)), max(1, round(frame.height * factor))
@@ -256,7 +257,7 @@ def _pixels(frame: av.VideoFrame, longest: int | None) -> Rgb:
     return _turned(rgb, np.frombuffer(bytes(matrix), np.int32)) if isinstance(matrix, SideData) else rgb
 
 
-def _turned(pixels: Rgb, matrix: NDArray[np.int32]) -> Rgb:
+def _turned(pixels: RgbImage, matrix: NDArray[np.int32]) -> RgbImage:
     """`pixels` under a display matrix a b u c d v x y w (ISO/IEC 14496-12), to the nearest quarter turn."""
     a, b, _, c, d = (int(value) for value in matrix[:5])
     across, down = a, d

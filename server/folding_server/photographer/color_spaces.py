@@ -6,10 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from folding_server.arrays import Float32s
 from folding_server.frames.color_names import color_rgb
-
-Floats = NDArray[np.float32]
-Rgb = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -55,30 +53,30 @@ PLAIN_TABLES = (
 PALE_TABLES = ("#d9d8d4", "#e6e3dc", "#cfd4d6", "#c9beb0", "#b9bfc4")
 
 
-def floats(values: object) -> Floats:
+def floats(values: object) -> Float32s:
     """Any array as 32-bit floats."""
     return np.asarray(values, np.float32)
 
 
-def to_linear(encoded: NDArray[np.generic] | Rgb) -> Floats:
+def to_linear(encoded: NDArray[np.generic] | tuple[int, int, int]) -> Float32s:
     """Linear light 0 to 1 of sRGB values 0 to 255, any shape."""
     value = np.asarray(encoded, np.float32) / np.float32(255)
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def to_srgb(light: Floats) -> Floats:
+def to_srgb(light: Float32s) -> Float32s:
     """Linear light 0 to 1 as sRGB values 0 to 255 (not rounded), any shape; light beyond 1 clips."""
     value = np.clip(light, 0, 1)
     high = 1.055 * np.power(value, np.float32(1 / 2.4)) - 0.055
     return floats(np.where(value <= 0.0031308, 12.92 * value, high) * np.float32(255))
 
 
-def linear_color(color: str) -> Floats:
+def linear_color(color: str) -> Float32s:
     """A colour by name or #rrggbb as three linear values. PhotoError for a colour that is not known."""
     return to_linear(color_rgb(color))
 
 
-def difference(first: str, second: str) -> float:
+def color_difference(first: str, second: str) -> float:
     """Perceived difference of two colours: distance in CIE L*a*b* (1976), 0 to about 250."""
     pair = np.asarray([[color_rgb(first), color_rgb(second)]], np.float32) / np.float32(255)
     lab = cv2.cvtColor(pair, cv2.COLOR_RGB2LAB)[0]

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.gripping import gripping_hand
-from folding_server.photographer.hand_model import Reach, cover_with, reaching_hand
-from folding_server.photographer.layer_rendering import Shading, paint_stack, throw_direction
+from folding_server.photographer.gripping import grasping_hand
+from folding_server.photographer.hand_model import PlacedHand, reaching_hand, render_hand
+from folding_server.photographer.layer_rendering import Shading, paint_stack, shadow_direction
 from folding_server.photographer.lighting import frame_lamp, lamp_light
 from folding_server.photographer.moments import Moment
 from folding_server.photographer.rng import stream
@@ -19,19 +19,19 @@ from folding_server.simulator import Paper
 
 
 @dataclass(frozen=True)
-class Covering:
+class HandInPhoto:
     """A hand in a picture, and the pixels (height, width) that it hides, 0 or 255."""
 
-    reach: Reach
+    reach: PlacedHand
     hidden: NDArray[np.uint8]
 
 
-def photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], Covering | None]:
+def render_photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], HandInPhoto | None]:
     """One picture (height, width, 3) RGB, and the hand in it."""
     scene, seed = session.scene, session.seed
     view = session.view(moment)
     lamp = frame_lamp(scene, session.level, seed, moment)
-    towards = throw_direction(lamp.azimuth, scene.roll)
+    towards = shadow_direction(lamp.azimuth, scene.roll)
     albedo, light, coverage = paint_stack(
         seen_table(session.table, view.camera, session.size),
         view,
@@ -44,10 +44,10 @@ def photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], Covering
     reach = _hand(session, moment, coverage)
     covering = None
     if reach is not None:
-        cover = cover_with(reach, coverage.shape, towards, seed, moment.number)
+        cover = render_hand(reach, coverage.shape, towards, seed, moment.number)
         opacity = cover.opacity[..., None]
         lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
-        covering = Covering(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
+        covering = HandInPhoto(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
     return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, moment.number), covering
 
 
@@ -58,7 +58,7 @@ def _tones(seed: int, moment: Moment, paper: Paper) -> dict[int, float]:
     return dict(zip(sorted(paper.faces), tones.tolist(), strict=True))
 
 
-def _hand(session: Session, moment: Moment, coverage: NDArray[np.uint8]) -> Reach | None:
+def _hand(session: Session, moment: Moment, coverage: NDArray[np.uint8]) -> PlacedHand | None:
     """The hand in a picture, if there is one: over the paper at a keyframe, moving it in between."""
     seed, unit = session.seed, session.unit
     if moment.image == 0:
@@ -67,4 +67,4 @@ def _hand(session: Session, moment: Moment, coverage: NDArray[np.uint8]) -> Reac
     if grip is None:
         return None
     spot, side = grip
-    return gripping_hand(seed, moment.keyframe, side, spot, session.camera(moment), coverage, unit)
+    return grasping_hand(seed, moment.keyframe, side, spot, session.camera(moment), coverage, unit)

@@ -9,7 +9,7 @@ import numpy as np
 
 from folding_server.photographer.movements import Swing
 from folding_server.photographer.pinhole_camera import Camera, Matrix, scaled
-from folding_server.photographer.placement import THICKNESS, Group, layer_levels
+from folding_server.photographer.placement import LAYER_HEIGHT, FaceGroup, layer_levels
 from folding_server.simulator import Paper
 
 LEAN = 0.55
@@ -38,13 +38,13 @@ class FlapRotationView:
         return layer_levels(self.paper)
 
     @cached_property
-    def groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[FaceGroup, ...]:
         """What stays and what moves, in the order of painting."""
-        stays = Group(
-            tuple(f for f in self.paper.order if f not in self.swing.starts), self._lift > THICKNESS
+        stays = FaceGroup(
+            tuple(f for f in self.paper.order if f not in self.swing.starts), self._lift > LAYER_HEIGHT
         )
         turned = [f for f in self.paper.order if f in self.swing.starts]
-        moves = Group(tuple(reversed(turned) if self._still_seen else turned), True)
+        moves = FaceGroup(tuple(reversed(turned) if self._still_seen else turned), True)
         ordered = (stays, moves) if self.swing.over else (moves, stays)
         return tuple(group for group in ordered if group.faces)
 
@@ -67,7 +67,7 @@ class FlapRotationView:
         flat = space[:, :2] + LEAN * space[:, 2:] * away
         return self.camera.project(np.column_stack([flat, np.zeros(len(flat))]))
 
-    def height(self, group: Group) -> float:
+    def height(self, group: FaceGroup) -> float:
         """The mean height of a group's corners in sheet sides."""
         return float(np.mean(np.vstack([self.in_space(f) for f in group.faces])[:, 2]))
 
@@ -157,4 +157,4 @@ class FlapRotationView:
 
     @property
     def _thickness(self) -> float:
-        return THICKNESS * float(np.mean(list(self.level.values())))
+        return LAYER_HEIGHT * float(np.mean(list(self.level.values())))

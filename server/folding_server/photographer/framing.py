@@ -34,7 +34,7 @@ def pivot_after(spot: Point, action: Action) -> Point:
     return spot
 
 
-def middle(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:
+def bounding_centre(papers: Sequence[Paper], spots: Sequence[Point]) -> Point:
     """Centre of the box around the paper in all keyframes, relative to their pivots."""
     points = np.vstack(
         [

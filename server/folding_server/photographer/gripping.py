@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from folding_server.geometry.line import Point
-from folding_server.photographer.hand_model import HOLD, LENGTH, SIDES, Hand, Reach, built_hand, hidden_share
+from folding_server.photographer.hand_model import (
+    HAND_LENGTH,
+    HOLD,
+    SIDES,
+    Hand,
+    PlacedHand,
+    built_hand,
+    covered_share,
+)
 from folding_server.photographer.movements import Movement, Slide, Swing
 from folding_server.photographer.pinhole_camera import Camera, Matrix
 from folding_server.photographer.rng import stream
@@ -19,7 +27,7 @@ UNDECIDED = 0.15
 """Deviation, in sheet sides, of the choice between arms that are about as clear of the paper."""
 
 
-def held(movement: Movement, rng: np.random.Generator) -> Point:
+def grasp_point(movement: Movement, rng: np.random.Generator) -> Point:
     """A spot of the moving paper at the edge, where it lay before the movement: far from the line it turns about."""
     if isinstance(movement, Slide):
         return _corner(list(movement.before.folded_vertices_coords.values()), rng)
@@ -61,7 +69,7 @@ def arm_side(rng: np.random.Generator, way: Matrix, middle: Matrix, unit: float)
     return max(clear, key=lambda side: clear[side])
 
 
-def gripping_hand(
+def grasping_hand(
     seed: int,
     keyframe: int,
     side: str,
@@ -69,7 +77,7 @@ def gripping_hand(
     camera: Camera,
     coverage: NDArray[np.uint8],
     unit: float,
-) -> Reach:
+) -> PlacedHand:
     """The hand that holds a ``spot`` (3,) over the table, the same during all of the way from a keyframe.
 
     ``coverage`` is the paper in the picture (0 to 255), ``unit`` pixels to a sheet side on the table.
@@ -79,12 +87,12 @@ def gripping_hand(
     hand = replace(hand, left=side == "left" or (side == "near" and hand.left))
     angle = SIDES[side] + float(rng.normal(0, 12))
     nearer = camera.t[2] / (camera.R @ spot + camera.t)[2]
-    scale = unit * stream(seed, "person").uniform(*LENGTH) * nearer
+    scale = unit * stream(seed, "person").uniform(*HAND_LENGTH) * nearer
     x, y = camera.project(spot)[0]
     dx, dy = _fingertips(hand, angle)
     wrist = (float(x - scale * dx), float(y + scale * dy))
-    reach = Reach(hand, side, wrist, scale, angle, 0.0)
-    return Reach(hand, side, wrist, scale, angle, hidden_share(reach, coverage))
+    reach = PlacedHand(hand, side, wrist, scale, angle, 0.0)
+    return PlacedHand(hand, side, wrist, scale, angle, covered_share(reach, coverage))
 
 
 def _fingertips(hand: Hand, angle: float) -> Point:

@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.color_spaces import Floats, floats, linear_color
+from folding_server.arrays import Float32s
+from folding_server.photographer.color_spaces import floats, linear_color
 from folding_server.photographer.levels import Level
 from folding_server.photographer.rng import stream
 
@@ -28,7 +29,7 @@ HOLD, HOLDING = "hold", (0.4, 0.8, -8.0)
 SIDES = {"right": 180.0, "left": 0.0, "near": 90.0}
 """Side of the picture -> direction in which the hand reaches, in degrees counter-clockwise from the right."""
 MOST_COVER = 0.2
-LENGTH = (0.95, 1.15)
+HAND_LENGTH = (0.95, 1.15)
 """Length of a hand in sheet sides."""
 
 
@@ -62,7 +63,7 @@ class Hand:
 
 
 @dataclass(frozen=True)
-class Reach:
+class PlacedHand:
     """Where a hand is: its wrist in pixels, ``scale`` pixels to its length, ``angle`` of the fingers in
     degrees.
     """
@@ -76,19 +77,19 @@ class Reach:
 
 
 @dataclass(frozen=True)
-class Cover:
+class RenderedHand:
     """What a hand does to a picture: linear colour (h, w, 3), its opacity (h, w) and the light it leaves (h,
     w).
     """
 
-    color: Floats
-    opacity: Floats
-    light: Floats
+    color: Float32s
+    opacity: Float32s
+    light: Float32s
 
 
 def reaching_hand(
     seed: int, level: Level, frame: int, coverage: NDArray[np.uint8], unit: float
-) -> Reach | None:
+) -> PlacedHand | None:
     """The hand in a frame, if there is one: over the edge of the paper, covering at most a fifth of it.
 
     ``coverage`` is the paper in the picture (0 to 255), ``unit`` pixels to a sheet side. The first frame has
@@ -100,16 +101,16 @@ def reaching_hand(
     hand = built_hand(seed, rng)
     side = str(rng.choice(list(SIDES)))
     angle = SIDES[side] + rng.normal(0, 14)
-    scale = unit * stream(seed, "person").uniform(*LENGTH)
+    scale = unit * stream(seed, "person").uniform(*HAND_LENGTH)
     most = rng.uniform(0.05, MOST_COVER)
     aim = _aim(rng, coverage)
     for back in np.arange(-0.1, 2.0, 0.04):
         distance = scale * (0.8 + back)
         wrist = (aim[0] - distance * cos(radians(angle)), aim[1] + distance * sin(radians(angle)))
-        reach = Reach(hand, side, wrist, scale, angle, 0.0)
-        cover = hidden_share(reach, coverage)
+        reach = PlacedHand(hand, side, wrist, scale, angle, 0.0)
+        cover = covered_share(reach, coverage)
         if cover <= most:
-            return Reach(hand, side, wrist, scale, angle, cover) if cover > 0.01 else None
+            return PlacedHand(hand, side, wrist, scale, angle, cover) if cover > 0.01 else None
     return None
 
 
@@ -120,7 +121,7 @@ def _aim(rng: np.random.Generator, coverage: NDArray[np.uint8]) -> tuple[float, 
     return 0.5 * (float(xs[i]) + float(xs.mean())), 0.5 * (float(ys[i]) + float(ys.mean()))
 
 
-def hidden_share(reach: Reach, coverage: NDArray[np.uint8]) -> float:
+def covered_share(reach: PlacedHand, coverage: NDArray[np.uint8]) -> float:
     """Part of the paper that a hand hides, measured on every fourth pixel."""
     coarse = coverage[::4, ::4] > 127
     points = _local(reach, coverage.shape, 4)
@@ -172,7 +173,7 @@ def _finger(
     return parts
 
 
-def _local(reach: Reach, shape: tuple[int, ...], step: int = 1) -> tuple[Floats, Floats]:
+def _local(reach: PlacedHand, shape: tuple[int, ...], step: int = 1) -> tuple[Float32s, Float32s]:
     """Coordinates in the hand's own frame of every ``step``-th pixel of a picture of a shape."""
     y, x = np.mgrid[0 : shape[0] : step, 0 : shape[1] : step].astype(np.float32)
     dx, dy = (x + 0.5 - reach.wrist[0]) / reach.scale, -(y + 0.5 - reach.wrist[1]) / reach.scale
@@ -181,7 +182,7 @@ def _local(reach: Reach, shape: tuple[int, ...], step: int = 1) -> tuple[Floats,
     return ((-across if reach.hand.left else across).astype(np.float32), along.astype(np.float32))
 
 
-def _height(limbs: tuple[Limb, ...], points: tuple[Floats, Floats]) -> Floats:
+def _height(limbs: tuple[Limb, ...], points: tuple[Float32s, Float32s]) -> Float32s:
     """Height of the limbs' round backs over the table, 0 beside them."""
     total = np.zeros(points[0].shape, np.float32)
     for limb in limbs:
@@ -194,15 +195,15 @@ def _height(limbs: tuple[Limb, ...], points: tuple[Floats, Floats]) -> Floats:
     return total
 
 
-def _sleeve(hand: Hand, points: tuple[Floats, Floats]) -> Floats:
+def _sleeve(hand: Hand, points: tuple[Float32s, Float32s]) -> Float32s:
     """Height of the sleeve over the table: round across, cut off at the cuff."""
     x, y = points
     return floats(_height((hand.sleeve,), points) * (y < CUFF - 0.8 * x * x))
 
 
-def cover_with(
-    reach: Reach, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int
-) -> Cover:
+def render_hand(
+    reach: PlacedHand, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int
+) -> RenderedHand:
     """Skin, nails and sleeve of a hand in a picture of (height, width), and its soft shadow thrown
     ``towards``.
     """
@@ -220,16 +221,16 @@ def cover_with(
     opacity = np.maximum(bare, over)
     share = (over / np.maximum(over + bare * (1 - over), 1e-3))[..., None]
     mixed = (color * (1 - share) + sleeve * share).astype(np.float32)
-    return Cover(mixed, opacity, _shadow(opacity, reach.scale, towards))
+    return RenderedHand(mixed, opacity, _shadow(opacity, reach.scale, towards))
 
 
-def _edge(height: Floats, scale: float) -> Floats:
+def _edge(height: Float32s, scale: float) -> Float32s:
     """Opacity 0 to 1 with an edge about one pixel wide."""
     solid = (height > 0).astype(np.float32)
     return floats(cv2.GaussianBlur(solid, (0, 0), max(0.6, scale / 700)))
 
 
-def _lit(height: Floats, reach: Reach, towards: tuple[float, float], soften: float) -> Floats:
+def _lit(height: Float32s, reach: PlacedHand, towards: tuple[float, float], soften: float) -> Float32s:
     """Brightness of a rounded surface under the lamp, darker where limbs meet."""
     smooth = cv2.GaussianBlur(height, (0, 0), max(soften * reach.scale, 0.5)) * np.float32(reach.scale)
     slope_y, slope_x = np.gradient(smooth)
@@ -239,7 +240,7 @@ def _lit(height: Floats, reach: Reach, towards: tuple[float, float], soften: flo
     return floats(np.clip(0.42 + 0.42 * facing + 0.18 * crevice, 0.12, 1.15))
 
 
-def _mottled(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
+def _mottled(rng: np.random.Generator, shape: tuple[int, int]) -> Float32s:
     """Uneven skin: brightness about 1."""
     coarse = rng.standard_normal((shape[0] // 24 + 2, shape[1] // 24 + 2), np.float32)
     fine = rng.standard_normal((shape[0] // 4 + 2, shape[1] // 4 + 2), np.float32)
@@ -249,7 +250,7 @@ def _mottled(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
     return floats(1 + 0.035 * clouds + 0.025 * pores)
 
 
-def _woven(rng: np.random.Generator, points: tuple[Floats, Floats]) -> Floats:
+def _woven(rng: np.random.Generator, points: tuple[Float32s, Float32s]) -> Float32s:
     """Cloth of a sleeve: folds across it, a darker hem, threads."""
     x, y = points
     wobble = np.sin(9 * x + rng.uniform(0, 6)) * 0.05
@@ -259,7 +260,7 @@ def _woven(rng: np.random.Generator, points: tuple[Floats, Floats]) -> Floats:
     return floats((1 + 0.13 * folds + 0.05 * thread) * hem)
 
 
-def _with_nails(color: Floats, hand: Hand, points: tuple[Floats, Floats], light: Floats) -> Floats:
+def _with_nails(color: Float32s, hand: Hand, points: tuple[Float32s, Float32s], light: Float32s) -> Float32s:
     """Nails: paler, a little shiny, rounded at the finger's end."""
     tone = np.clip(linear_color(hand.skin) * np.array([1.12, 1.08, 1.1], np.float32) + 0.05, 0, 1)
     for x, y, tilt, radius in hand.nails:
@@ -272,7 +273,7 @@ def _with_nails(color: Floats, hand: Hand, points: tuple[Floats, Floats], light:
     return floats(color)
 
 
-def _shadow(opacity: Floats, scale: float, towards: tuple[float, float]) -> Floats:
+def _shadow(opacity: Float32s, scale: float, towards: tuple[float, float]) -> Float32s:
     """Light that is left round a hand: a dark line of contact and a wide soft shadow."""
     light = np.ones_like(opacity)
     for offset, blur, depth in ((0.02, 0.02, 0.3), (0.1, 0.06, 0.42)):

@@ -21,11 +21,11 @@ from folding_server.simulator import TOLERANCE, Paper, apply, new_paper
 from folding_server.simulator.fold import fold_line
 from folding_server.simulator.paper import edge_of
 
-ATTEMPTS = (*((1.0, 1.0),) * 4, (0.5, 0.7), (0.5, 0.5), (0.2, 0.3), (0.0, 0.3), (0.0, 0.1), (0.0, 0.03))
+ERROR_SHARES = (*((1.0, 1.0),) * 4, (0.5, 0.7), (0.5, 0.5), (0.2, 0.3), (0.0, 0.3), (0.0, 0.1), (0.0, 0.03))
 """Parts of the full errors of the sheet and of the folds that are tried, until the last step succeeds."""
 TRIES = (1.0, 1.0, 1.0, 0.7, 0.5, 0.3, 0.15, 0.0)
 """Parts of the full error of the folds that are tried at each step, until one gives the same model."""
-SAME_PLACE = 0.06
+SAME_VERTEX = 0.06
 """Two vertices this near on the sheet may be the same, one folded exactly and one not."""
 SAME_MODEL = 0.12
 """No vertex of the imprecise model lies further than this from where it lies in the exact one."""
@@ -101,7 +101,7 @@ def imprecise(program: Program, seed: int, level: Level) -> Program:
     keyframe_papers(program)
     if level.crooked == level.sloppy == 0:
         return program
-    for attempt, (sheet, folds) in enumerate(ATTEMPTS):
+    for attempt, (sheet, folds) in enumerate(ERROR_SHARES):
         rng = stream(seed, "imprecision", attempt)
         try:
             return _carried_out(program, rng, sheet * level.crooked, folds * level.sloppy)
@@ -159,7 +159,7 @@ def _nearest(paper: Paper, place: tuple[float, float], fresh: set[int]) -> int:
     """The vertex nearest to a place on the sheet, a fresh one if any is near. Raises Spoilt."""
     for candidates in (fresh, set(paper.vertices_coords)):
         near = _distances(paper.vertices_coords, place, candidates)
-        if near and min(near)[0] <= SAME_PLACE:
+        if near and min(near)[0] <= SAME_VERTEX:
             return min(near)[1]
     raise Spoilt
 

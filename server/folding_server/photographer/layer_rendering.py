@@ -12,14 +12,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.color_spaces import Floats, floats
+from folding_server.arrays import ByteMask, Float32s
+from folding_server.photographer.color_spaces import floats
 from folding_server.photographer.pinhole_camera import Matrix
-from folding_server.photographer.placement import Group, View
+from folding_server.photographer.placement import FaceGroup, PaperView
 from folding_server.photographer.sheet_texture import SheetTexture
 from folding_server.simulator.planes import plane_index, planes
 
 SAMPLES = 3
-MARGIN = 0.08
+SHADOW_ROOM = 0.08
 """Room around the paper for its shadows, in sheet sides."""
 LIFT = 0.006
 """How far the edge of a flap stands off what is below it, in sheet sides."""
@@ -28,7 +29,6 @@ SOFTNESS = 0.12
 PLANES = 1000
 """More planes than a group has: what tells the planes of two groups apart."""
 _SHIFT = 6
-Mask = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -75,35 +75,35 @@ class Canvas:
     """
 
     window: Window
-    albedo: Floats
-    light: Floats
+    albedo: Float32s
+    light: Float32s
     plane: NDArray[np.int16]
 
 
-def window_around(view: View, size: tuple[int, int], unit: float) -> Window:
+def window_around(view: PaperView, size: tuple[int, int], unit: float) -> Window:
     """The part of the picture that the paper and its shadows can reach; ``unit`` pixels to a sheet side."""
     points = view.corners
-    low = np.floor(points.min(0) - MARGIN * unit).astype(int)
-    high = np.ceil(points.max(0) + MARGIN * unit).astype(int)
+    low = np.floor(points.min(0) - SHADOW_ROOM * unit).astype(int)
+    high = np.ceil(points.max(0) + SHADOW_ROOM * unit).astype(int)
     left, top = (int(v) for v in np.clip(low, 0, np.array(size) - 1))
     right, bottom = (int(v) for v in np.clip(high, (left + 1, top + 1), size))
     return Window(left, top, right, bottom)
 
 
-def throw_direction(lamp_azimuth: float, roll: float) -> tuple[float, float]:
+def shadow_direction(lamp_azimuth: float, roll: float) -> tuple[float, float]:
     """Direction in pixels of shadows under a lamp at an azimuth on the table (degrees)."""
     angle = radians(lamp_azimuth - roll)
     return -cos(angle), sin(angle)
 
 
 def paint_stack(
-    table: Floats,
-    view: View,
+    table: Float32s,
+    view: PaperView,
     sheet: SheetTexture,
     shading: Shading,
     unit: float,
     tones: dict[int, float],
-) -> tuple[Floats, Floats, Mask]:
+) -> tuple[Float32s, Float32s, ByteMask]:
     """The picture's albedo and light with the paper on it, and the coverage of the paper (0 to 255).
 
     ``table`` is the linear albedo of the bare table (rows, columns, 3); ``tones`` the brightness of each
@@ -130,7 +130,7 @@ def paint_stack(
     return _resolve(table, canvas)
 
 
-def _resolve(table: Floats, canvas: Canvas) -> tuple[Floats, Floats, Mask]:
+def _resolve(table: Float32s, canvas: Canvas) -> tuple[Float32s, Float32s, ByteMask]:
     """Bring the samples back to the picture's resolution."""
     area = canvas.window.area
     shape = (area[1].stop - area[1].start, area[0].stop - area[0].start)
@@ -146,7 +146,7 @@ def _resolve(table: Floats, canvas: Canvas) -> tuple[Floats, Floats, Mask]:
 
 def _paint_face(
     canvas: Canvas,
-    view: View,
+    view: PaperView,
     sheet: SheetTexture,
     shading: Shading,
     face: int,
@@ -179,7 +179,7 @@ def _paint_face(
     _rim(canvas, view, face, outline, box)
 
 
-def _rim(canvas: Canvas, view: View, face: int, outline: Matrix, box: tuple[slice, slice]) -> None:
+def _rim(canvas: Canvas, view: PaperView, face: int, outline: Matrix, box: tuple[slice, slice]) -> None:
     """A faint line where the face ends: cut edges and folded edges catch the light differently."""
     cycle = view.paper.faces[face]
     light = canvas.light[box]
@@ -196,7 +196,7 @@ def _rim(canvas: Canvas, view: View, face: int, outline: Matrix, box: tuple[slic
 def _cast(
     canvas: Canvas,
     box: tuple[slice, slice],
-    mask: Mask,
+    mask: ByteMask,
     shading: Shading,
     place: tuple[int, int],
     reach: float,
@@ -210,7 +210,7 @@ def _cast(
     np.minimum(canvas.light[box], shadow, out=canvas.light[box])
 
 
-def _shade_table(canvas: Canvas, view: View, shading: Shading, unit: float) -> None:
+def _shade_table(canvas: Canvas, view: PaperView, shading: Shading, unit: float) -> None:
     """The wider shadow of the whole model on the table, thrown further where the stack is higher."""
     whole = (slice(0, canvas.light.shape[0]), slice(0, canvas.light.shape[1]))
     silhouette = _silhouette(canvas, [view.outline(face) for face in view.groups[0].faces])
@@ -219,7 +219,7 @@ def _shade_table(canvas: Canvas, view: View, shading: Shading, unit: float) -> N
     canvas.light[whole] = 1 - np.float32(0.9 * shading.depth / 255) * soft
 
 
-def _shade_below(canvas: Canvas, view: View, group: Group, shading: Shading, unit: float) -> None:
+def _shade_below(canvas: Canvas, view: PaperView, group: FaceGroup, shading: Shading, unit: float) -> None:
     """The shadow of a raised part on all that was painted before, softer where the part is higher."""
     silhouette = _silhouette(canvas, [view.shadow(face, shading.azimuth) for face in group.faces])
     blur = (LIFT + SOFTNESS * view.height(group)) * unit * SAMPLES
@@ -228,7 +228,7 @@ def _shade_below(canvas: Canvas, view: View, group: Group, shading: Shading, uni
     np.minimum(canvas.light, shadow, out=canvas.light)
 
 
-def _silhouette(canvas: Canvas, outlines: Sequence[Matrix]) -> Mask:
+def _silhouette(canvas: Canvas, outlines: Sequence[Matrix]) -> ByteMask:
     """Convex outlines (pixels) filled, in samples."""
     filled = np.zeros(canvas.light.shape, np.uint8)
     for outline in outlines:
@@ -237,7 +237,7 @@ def _silhouette(canvas: Canvas, outlines: Sequence[Matrix]) -> Mask:
     return filled
 
 
-def _moved_and_blurred(mask: Mask, shading: Shading, offset: float, blur: float) -> Floats:
+def _moved_and_blurred(mask: ByteMask, shading: Shading, offset: float, blur: float) -> Float32s:
     """A mask moved along the throw of the shadow and blurred, 0 to 255."""
     dx, dy = shading.towards[0] * offset, shading.towards[1] * offset
     radius = max(int(blur), 1)
@@ -260,7 +260,7 @@ def _box(outline: Matrix, canvas: Canvas, reach: int) -> tuple[slice, slice] | N
     return (slice(int(y0), int(y1)), slice(int(x0), int(x1))) if x0 < x1 and y0 < y1 else None
 
 
-def _filled(outline: Matrix, box: tuple[slice, slice]) -> Mask:
+def _filled(outline: Matrix, box: tuple[slice, slice]) -> ByteMask:
     """The outline filled, in the samples of the box."""
     mask = np.zeros((box[0].stop - box[0].start, box[1].stop - box[1].start), np.uint8)
     points = np.rint((outline - [box[1].start, box[0].start]) * 2**_SHIFT).astype(np.int32)

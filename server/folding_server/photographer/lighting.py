@@ -6,10 +6,11 @@ from math import cos, radians, sin
 import cv2
 import numpy as np
 
-from folding_server.photographer.color_spaces import Floats, floats
+from folding_server.arrays import Float32s
+from folding_server.photographer.color_spaces import floats
 from folding_server.photographer.levels import Level
-from folding_server.photographer.moments import Moment, swaying
-from folding_server.photographer.photo_scene import Scene
+from folding_server.photographer.moments import Moment, frame_jitter
+from folding_server.photographer.photo_scene import PhotoScene
 
 EXPOSURE = 0.93
 """Linear light of a white surface in the middle of the picture."""
@@ -26,13 +27,13 @@ class Lamp:
     tint: float
 
 
-def frame_lamp(scene: Scene, level: Level, seed: int, moment: Moment) -> Lamp:
+def frame_lamp(scene: PhotoScene, level: Level, seed: int, moment: Moment) -> Lamp:
     """The lamp at a moment: steady, but for the level's sway."""
-    turn, gain, tint = swaying(seed, "light", moment) * level.sway
+    turn, gain, tint = frame_jitter(seed, "light", moment) * level.sway
     return Lamp(scene.lamp_azimuth + 180 * turn, float(np.clip(1 + gain, 0.75, 1.06)), tint)
 
 
-def lamp_light(scene: Scene, lamp: Lamp, size: tuple[int, int]) -> Floats:
+def lamp_light(scene: PhotoScene, lamp: Lamp, size: tuple[int, int]) -> Float32s:
     """Light (height, width, 3) that falls on the table and reaches the sensor, lens fall-off included."""
     width, height = size
     angle = radians(lamp.azimuth)

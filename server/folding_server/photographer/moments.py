@@ -50,7 +50,7 @@ def checked_between(between: int) -> int:
     return between
 
 
-def swaying(seed: int, purpose: str, moment: Moment) -> Matrix:
+def frame_jitter(seed: int, purpose: str, moment: Moment) -> Matrix:
     """Three standard normal numbers at each keyframe, and between keyframes what lies between theirs."""
     here = stream(seed, purpose, moment.keyframe).normal(0, 1, 3)
     if moment.share == 0:

@@ -10,11 +10,11 @@ from folding_server.photographer.color_spaces import (
     PLAIN_TABLES,
     STOCKS,
     Stock,
-    difference,
+    color_difference,
     near_color,
 )
 from folding_server.photographer.levels import Level
-from folding_server.photographer.moments import Moment, swaying
+from folding_server.photographer.moments import Moment, frame_jitter
 from folding_server.photographer.pinhole_camera import Camera, Matrix, looking_down
 from folding_server.photographer.rng import stream
 
@@ -26,7 +26,7 @@ TEXTURED = {"wood": WOODS, "mat": MATS, "cloth": CLOTHS}
 
 
 @dataclass(frozen=True)
-class Scene:
+class PhotoScene:
     """What stays the same in all frames of a sequence. Angles in degrees, lengths in sheet sides."""
 
     front: str
@@ -62,13 +62,13 @@ class Drift:
         return np.column_stack([turn, np.asarray(self.shift) - turn @ np.asarray(center)])
 
 
-def compose(seed: int, level: Level, front: str | None, back: str | None) -> Scene:
+def compose(seed: int, level: Level, front: str | None, back: str | None) -> PhotoScene:
     """Draw a scene: colours given are kept, the rest is chosen so that paper and table differ enough."""
     rng = stream(seed, "scene")
     stock = _stock(rng, front, back)
     table = str(rng.choice(list(level.tables)))
     patterned = level.patterns and rng.random() < 0.5
-    return Scene(
+    return PhotoScene(
         front=near_color(rng, stock.front, 1.5),
         back=near_color(rng, stock.back, 2.0),
         front_pattern=str(rng.choice(PATTERNS)) if patterned and rng.random() < 0.35 else None,
@@ -95,17 +95,17 @@ def _stock(rng: np.random.Generator, front: str | None, back: str | None) -> Sto
     """
     shelf = [STOCKS[i] for i in rng.permutation(len(STOCKS))]
     if front is None and back is not None:
-        front = next(s.front for s in shelf if difference(s.front, back) > 30)
+        front = next(s.front for s in shelf if color_difference(s.front, back) > 30)
     if front is None:
         return shelf[0]
-    return Stock(front, back or next(s.back for s in shelf if difference(front, s.back) > 30))
+    return Stock(front, back or next(s.back for s in shelf if color_difference(front, s.back) > 30))
 
 
 def _table_color(rng: np.random.Generator, level: Level, table: str, stock: Stock) -> str:
     """A table colour that differs from both sides of the paper, or else the one that differs most."""
     shelf = TEXTURED.get(table, (*PLAIN_TABLES, *PALE_TABLES) if level.pale_tables else PLAIN_TABLES)
     shuffled = [shelf[i] for i in rng.permutation(len(shelf))]
-    contrast = [min(difference(c, stock.front), difference(c, stock.back)) for c in shuffled]
+    contrast = [min(color_difference(c, stock.front), color_difference(c, stock.back)) for c in shuffled]
     enough = next((c for c, d in zip(shuffled, contrast, strict=True) if d >= level.contrast), None)
     return near_color(rng, enough or shuffled[int(np.argmax(contrast))], 2.0)
 
@@ -116,7 +116,7 @@ def _warmth(rng: np.random.Generator, spread: float) -> tuple[float, float, floa
     return 1 + warm, 1 + tint, 1 - warm
 
 
-def drifts(seed: int, level: Level, frames: int) -> list[Drift]:
+def sheet_drifts(seed: int, level: Level, frames: int) -> list[Drift]:
     """How the sheet lies in each frame: a walk that tends back to the middle."""
     rng = stream(seed, "drift")
     walk, place = [], np.zeros(3)
@@ -134,14 +134,14 @@ def between_drifts(first: Drift, second: Drift, share: float) -> Drift:
 
 
 def frame_camera(
-    scene: Scene, level: Level, size: tuple[int, int], seed: int, moment: Moment, sheet_fraction: float
+    scene: PhotoScene, level: Level, size: tuple[int, int], seed: int, moment: Moment, sheet_fraction: float
 ) -> Camera:
     """The camera at a moment; ``sheet_fraction`` is the sheet's side as a part of the picture's shorter
     side.
     """
     focal = scene.lens * min(size)
     distance = focal / (sheet_fraction * min(size))
-    shake = swaying(seed, "camera", moment) * level.unsteady
+    shake = frame_jitter(seed, "camera", moment) * level.unsteady
     return looking_down(
         size, focal, distance, scene.tilt + shake[0], scene.azimuth + shake[1], scene.roll + shake[2]
     )

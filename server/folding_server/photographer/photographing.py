@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from folding_server.errors import PhotoError
 from folding_server.photographer.color_spaces import near_color
-from folding_server.photographer.exposing import photo
-from folding_server.photographer.hand_model import Reach
+from folding_server.photographer.exposing import render_photo
+from folding_server.photographer.hand_model import PlacedHand
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import level_named
 from folding_server.photographer.moments import Moment, checked_between
@@ -29,7 +29,7 @@ from folding_server.photographer.truth import NOTE, between_truth, frame_truth, 
 
 SIZES = (64, 4096)
 """Least and greatest width and height of a picture in pixels."""
-Progress = Callable[[int, int], None]
+PhotographProgress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def photograph(
     seed: int,
     level: int = 1,
     size: tuple[int, int] = (800, 800),
-    progress: Progress | None = None,
+    progress: PhotographProgress | None = None,
     between: int = 0,
 ) -> PhotographResult:
     """Write photo-like keyframes of a program into a folder; the same arguments always give the same files.
@@ -64,7 +64,7 @@ def photograph(
     frames = _cleared(folder)
     images: list[dict[str, Any]] = []
     for index, moment in enumerate(session.moments, 1):
-        picture, hand = photo(session, moment)
+        picture, hand = render_photo(session, moment)
         name = f"{index:06d}.jpg"
         (frames / name).write_bytes(jpeg(picture, session.level.quality))
         mask = None if hand is None else _write_mask(folder, index, hand.hidden)
@@ -93,7 +93,7 @@ def _checked_seed(seed: int) -> int:
 
 
 def _truth(
-    session: Session, program: Program, moment: Moment, image: str, hand: Reach | None, mask: str | None
+    session: Session, program: Program, moment: Moment, image: str, hand: PlacedHand | None, mask: str | None
 ) -> dict[str, Any]:
     """The truth of one image: of a keyframe, or of one on the way to the next."""
     if moment.image:

@@ -8,19 +8,19 @@ import numpy as np
 from folding_server.photographer.pinhole_camera import Camera, Matrix, scaled
 from folding_server.simulator import Paper, overlapping_pairs
 
-THICKNESS = 0.001
+LAYER_HEIGHT = 0.001
 """Height of one layer of folded paper in sheet sides: thin paper, not pressed quite flat."""
 
 
 @dataclass(frozen=True)
-class Group:
+class FaceGroup:
     """Faces that lie on one another, bottom to top as the camera sees them; ``raised`` if off the table."""
 
     faces: tuple[int, ...]
     raised: bool
 
 
-class View(Protocol):
+class PaperView(Protocol):
     """A paper as a camera sees it, flat on the table or a part of it standing up: what a painter has to know."""
 
     @property
@@ -36,7 +36,7 @@ class View(Protocol):
         """Face -> layers below it."""
 
     @property
-    def groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[FaceGroup, ...]:
         """All faces in the order of painting."""
 
     @property
@@ -49,7 +49,7 @@ class View(Protocol):
     def shadow(self, face: int, azimuth: float) -> Matrix:
         """Pixels (n, 2) of the outline of a raised face's shadow under a lamp at an azimuth (degrees)."""
 
-    def height(self, group: Group) -> float:
+    def height(self, group: FaceGroup) -> float:
         """The mean height of a group in sheet sides."""
 
     def sheet_to_pixel(self, face: int) -> Matrix:
@@ -81,9 +81,9 @@ class Placement:
         return scaled(self.camera.table_to_pixel @ np.vstack([self.folded_to_table, [0, 0, 1]]))
 
     @property
-    def groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[FaceGroup, ...]:
         """All faces, bottom to top: they lie on the table."""
-        return (Group(self.paper.order, raised=False),)
+        return (FaceGroup(self.paper.order, raised=False),)
 
     @property
     def corners(self) -> Matrix:
@@ -94,7 +94,7 @@ class Placement:
         """The outline itself."""
         return self.outline(face)
 
-    def height(self, group: Group) -> float:  # noqa: ARG002  (there is one group)
+    def height(self, group: FaceGroup) -> float:  # noqa: ARG002  (there is one group)
         """0: it lies on the table."""
         return 0.0
 
@@ -124,7 +124,7 @@ def place(paper: Paper, camera: Camera, folded_to_table: Matrix) -> Placement:
         np.array([paper.folded_vertices_coords[v] for v in vertices]) @ folded_to_table[:, :2].T
         + folded_to_table[:, 2]
     )
-    height = THICKNESS * float(np.mean(list(level.values())))
+    height = LAYER_HEIGHT * float(np.mean(list(level.values())))
     seen = camera.project(np.column_stack([flat, np.full(len(flat), height)]))
     pixels = {v: (float(x), float(y)) for v, (x, y) in zip(vertices, seen, strict=True)}
     return Placement(paper, camera, folded_to_table, level, pixels)

@@ -4,12 +4,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.color_spaces import Floats, floats, to_srgb
-from folding_server.photographer.photo_scene import Scene
+from folding_server.arrays import Float32s
+from folding_server.photographer.color_spaces import floats, to_srgb
+from folding_server.photographer.photo_scene import PhotoScene
 from folding_server.photographer.rng import stream
 
 
-def expose(light: Floats, scene: Scene, seed: int, frame: int) -> NDArray[np.uint8]:
+def expose(light: Float32s, scene: PhotoScene, seed: int, frame: int) -> NDArray[np.uint8]:
     """The picture (height, width, 3) uint8 RGB that a sensor takes of linear light 0 to 1."""
     rng = stream(seed, "sensor", frame)
     blurred = cv2.GaussianBlur(light, (0, 0), scene.blur)

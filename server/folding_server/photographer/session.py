@@ -6,24 +6,24 @@ from functools import partial
 import numpy as np
 from folding_schemas.actions import Program
 
+from folding_server.arrays import Float32s
 from folding_server.geometry.line import Point
-from folding_server.photographer.color_spaces import Floats
 from folding_server.photographer.flap_rotation import FlapRotationView
-from folding_server.photographer.framing import fitting_fraction, middle, pivots
-from folding_server.photographer.gripping import arm_side, held
+from folding_server.photographer.framing import bounding_centre, fitting_fraction, pivots
+from folding_server.photographer.gripping import arm_side, grasp_point
 from folding_server.photographer.levels import Level
 from folding_server.photographer.moments import Moment, moments
 from folding_server.photographer.movements import Movement, Slide, movements
 from folding_server.photographer.photo_scene import (
     Drift,
-    Scene,
+    PhotoScene,
     between_drifts,
     compose,
-    drifts,
     frame_camera,
+    sheet_drifts,
 )
 from folding_server.photographer.pinhole_camera import Camera, Matrix
-from folding_server.photographer.placement import Placement, View, place
+from folding_server.photographer.placement import PaperView, Placement, place
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.photographer.rng import stream
 from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet
@@ -41,7 +41,7 @@ class Session:
     seed: int
     level: Level
     size: tuple[int, int]
-    scene: Scene
+    scene: PhotoScene
     papers: tuple[Paper, ...]
     movements: tuple[tuple[Movement, ...], ...]
     moments: tuple[Moment, ...]
@@ -50,7 +50,7 @@ class Session:
     centers: tuple[Point, ...]
     sheet_fraction: float
     sheet: SheetTexture
-    table: Floats
+    table: Float32s
 
     @property
     def unit(self) -> float:
@@ -73,7 +73,7 @@ class Session:
         number = min(int(done), len(steps) - 1)
         return steps[number], done - number
 
-    def view(self, moment: Moment) -> View:
+    def view(self, moment: Moment) -> PaperView:
         """The paper as the camera sees it at a moment."""
         if moment.image == 0:
             return self.placement(moment.keyframe)
@@ -89,7 +89,7 @@ class Session:
             return None
         number = self.movements[moment.keyframe].index(movement)
         rng = stream(self.seed, f"grip {number}", moment.keyframe)
-        spot = held(movement, rng)
+        spot = grasp_point(movement, rng)
         way = np.array([self._spot(moment, movement, p, spot) for p in WAY])
         outline = self._moving(moment, movement, 0.0).corners
         pixels = self.camera(moment).project(way)
@@ -101,7 +101,7 @@ class Session:
         first, second = self.drifts[moment.keyframe : moment.keyframe + 2]
         return between_drifts(first, second, moment.share).folded_to_table(self.middle)
 
-    def _moving(self, moment: Moment, movement: Movement, part: float) -> View:
+    def _moving(self, moment: Moment, movement: Movement, part: float) -> PaperView:
         camera, motion = self.camera(moment), self._motion(moment)
         if isinstance(movement, Slide):
             return place(movement.turned(part * movement.degrees), camera, motion)
@@ -120,9 +120,9 @@ def prepare(program: Program, seed: int, level: Level, size: tuple[int, int], be
     """Draw the scene, fold the program and frame it."""
     papers = tuple(keyframe_papers(program))
     scene = compose(seed, level, program.front_color, program.back_color)
-    walk = tuple(drifts(seed, level, len(papers)))
+    walk = tuple(sheet_drifts(seed, level, len(papers)))
     spots = pivots(program)
-    x, y = middle(papers, spots)
+    x, y = bounding_centre(papers, spots)
     centers = tuple((x + px, y + py) for px, py in spots)
     camera_at = partial(frame_camera, scene, level, size, seed, Moment(0))
     wanted = float(stream(seed, "framing").uniform(0.46, 0.56))

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from folding_server.photographer.color_spaces import Floats, floats, linear_color
-from folding_server.photographer.photo_scene import Scene
+from folding_server.arrays import Float32s
+from folding_server.photographer.color_spaces import floats, linear_color
+from folding_server.photographer.photo_scene import PhotoScene
 from folding_server.photographer.pinhole_camera import Matrix
 from folding_server.photographer.rng import stream
 from folding_server.simulator import Paper
@@ -17,7 +18,7 @@ from folding_server.simulator import Paper
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SIDE = 1024
+SHEET_TEXTURE_SIDE = 1024
 """Texture pixels along one sheet side."""
 CREASE_WIDTH = 0.0022
 """Width of the worn line of a crease, in sheet sides."""
@@ -30,26 +31,32 @@ class SheetTexture:
     sheet's top.
     """
 
-    front: Floats
-    back: Floats
+    front: Float32s
+    back: Float32s
     height: float
 
     @property
     def sheet_to_texture(self) -> Matrix:
         """Affine map (3, 3) from the sheet to texture pixels whose centres are whole numbers."""
-        return np.array([[SIDE, 0, -0.5], [0, -SIDE, self.height * SIDE - 0.5], [0, 0, 1.0]])
+        return np.array(
+            [
+                [SHEET_TEXTURE_SIDE, 0, -0.5],
+                [0, -SHEET_TEXTURE_SIDE, self.height * SHEET_TEXTURE_SIDE - 0.5],
+                [0, 0, 1.0],
+            ]
+        )
 
 
-def blank_sheet(scene: Scene, seed: int, sheet: tuple[float, float]) -> SheetTexture:
+def blank_sheet(scene: PhotoScene, seed: int, sheet: tuple[float, float]) -> SheetTexture:
     """The sheet before any fold: dyed, printed and grained."""
-    shape = (round(sheet[1] * SIDE), round(sheet[0] * SIDE))
+    shape = (round(sheet[1] * SHEET_TEXTURE_SIDE), round(sheet[0] * SHEET_TEXTURE_SIDE))
     rng = stream(seed, "paper")
     front = _side(rng, shape, scene.front, scene.front_pattern)
     back = _side(rng, shape, scene.back, scene.back_pattern)
     return SheetTexture(front, back, sheet[1])
 
 
-def _side(rng: np.random.Generator, shape: tuple[int, int], color: str, pattern: str | None) -> Floats:
+def _side(rng: np.random.Generator, shape: tuple[int, int], color: str, pattern: str | None) -> Float32s:
     """One side: linear colour times grain, with a subtle print in another shade of the same dye."""
     albedo = np.empty((*shape, 3), np.float32)
     albedo[:] = linear_color(color)
@@ -59,16 +66,16 @@ def _side(rng: np.random.Generator, shape: tuple[int, int], color: str, pattern:
     return floats(np.clip(albedo * _grain(rng, shape)[..., None], 0, 1))
 
 
-def _grain(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
+def _grain(rng: np.random.Generator, shape: tuple[int, int]) -> Float32s:
     """Brightness of the fibres about 1: fine grain and faint clouds."""
     fine = cv2.GaussianBlur(rng.standard_normal(shape, np.float32), (0, 0), 1.2)
     clouds = cv2.resize(rng.standard_normal((9, 9), np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
     return floats(1 + 0.045 * fine + 0.008 * clouds)
 
 
-def _print(pattern: str, shape: tuple[int, int], period: float) -> Floats:
+def _print(pattern: str, shape: tuple[int, int], period: float) -> Float32s:
     """Ink 0 to 1 of a printed pattern with the given period in sheet sides."""
-    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32) / np.float32(period * SIDE)
+    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32) / np.float32(period * SHEET_TEXTURE_SIDE)
     if pattern == "dots":
         row = np.floor(y)
         distance = np.hypot(np.mod(x + 0.5 * np.mod(row, 2), 1) - 0.5, np.mod(y, 1) - 0.5)
@@ -90,7 +97,7 @@ def creased(sheet: SheetTexture, paper: Paper, strength: float = 1.0) -> SheetTe
     return SheetTexture(np.clip(sheet.front * valley, 0, 1), np.clip(sheet.back * ridge, 0, 1), sheet.height)
 
 
-def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Floats, Floats]:
+def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Float32s, Float32s]:
     """Coverage 0 to 1 of the two flanks of all creases."""
     flanks = []
     for side in (-1, 1):
@@ -101,9 +108,13 @@ def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Floats, Floats]:
                 along = ends[1] - ends[0]
                 normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
                 p, q = (
-                    np.rint((ends + side * normal * CREASE_WIDTH * SIDE / 2) * 2**_SHIFT).astype(int).tolist()
+                    np.rint((ends + side * normal * CREASE_WIDTH * SHEET_TEXTURE_SIDE / 2) * 2**_SHIFT)
+                    .astype(int)
+                    .tolist()
                 )
-                cv2.line(mask, p, q, 255, max(round(CREASE_WIDTH * SIDE), 1), cv2.LINE_AA, _SHIFT)
+                cv2.line(
+                    mask, p, q, 255, max(round(CREASE_WIDTH * SHEET_TEXTURE_SIDE), 1), cv2.LINE_AA, _SHIFT
+                )
         flanks.append(mask.astype(np.float32) / np.float32(255))
     return flanks[0], flanks[1]
 

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from folding_schemas.actions import Action
 
-from folding_server.photographer.hand_model import Reach
+from folding_server.photographer.hand_model import PlacedHand
 from folding_server.photographer.moments import Moment
 from folding_server.photographer.movements import Movement, Swing
-from folding_server.photographer.photo_scene import Drift, Scene
+from folding_server.photographer.photo_scene import Drift, PhotoScene
 from folding_server.photographer.pinhole_camera import Matrix
-from folding_server.photographer.placement import Placement, View
+from folding_server.photographer.placement import PaperView, Placement
 from folding_server.simulator import Paper
 
 NOTE = (
@@ -29,7 +29,7 @@ def frame_truth(
     before: Paper,
     placement: Placement,
     drift: Drift,
-    hand: Reach | None,
+    hand: PlacedHand | None,
     mask: str | None,
 ) -> dict[str, Any]:
     """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from.
@@ -54,8 +54,8 @@ def between_truth(
     image: str,
     movement: Movement,
     part: float,
-    view: View,
-    hand: Reach | None,
+    view: PaperView,
+    hand: PlacedHand | None,
     mask: str | None,
 ) -> dict[str, Any]:
     """The truth of an image between two keyframes as plain JSON values: what moves there and how far it has come.
@@ -85,7 +85,7 @@ def between_truth(
     }
 
 
-def scene_truth(scene: Scene, sheet_fraction: float, size: tuple[int, int]) -> dict[str, Any]:
+def scene_truth(scene: PhotoScene, sheet_fraction: float, size: tuple[int, int]) -> dict[str, Any]:
     """The scene as plain JSON values."""
     rounded = {
         key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(scene).items()
@@ -102,7 +102,7 @@ def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
     return plain
 
 
-def _hand(reach: Reach) -> dict[str, Any]:
+def _hand(reach: PlacedHand) -> dict[str, Any]:
     """What is known of a hand; ``cover`` is the part of the paper that it hides."""
     return {
         "pose": reach.hand.pose,

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.appearance import BLACK, Look, Palette, coordinates, pixel_cost
-from folding_server.vision.colours import Image, lab_to_rgb, skin
-from folding_server.vision.grid import Floats, Grid
-from folding_server.vision.mixing import Bools
+from folding_server.arrays import Floats, Image, Mask
+from folding_server.vision.appearance import BLACK, ColourModels, Look, coordinates, pixel_cost
+from folding_server.vision.colours import lab_to_rgb, skin
+from folding_server.vision.grid import Grid
 from folding_server.vision.obstacles import touching_edge
 from folding_server.vision.surfaces import Surface, fit_surface
 
@@ -22,7 +22,7 @@ FARTHEST_SHIFT = 12.0
 """How far, in Lab, light may move a side's colour between photos."""
 ONE_LIGHT = 5.0
 """How much otherwise, in Lab, than the table's the light may move a colour like skin's: by more, it is a hand that is seen."""
-FEWEST, FEWEST_LIKELY = 40, 0.1
+FEWEST_CLASS_PIXELS, FEWEST_LIKELY = 40, 0.1
 """Pixels that are surely of a class from which it can be fitted, and the share of them that one light must explain."""
 
 
@@ -35,7 +35,7 @@ class _Sample:
     y: npt.NDArray[np.float64]
 
     @cached_property
-    def skin(self) -> Bools:
+    def skin(self) -> Mask:
         """Pixels whose colour skin can have, (rows, cols)."""
         return _skin(self.lab)
 
@@ -45,7 +45,7 @@ class _Sample:
         return np.asarray(np.minimum.reduce(costs), np.float32)
 
 
-def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
+def adapt(lab: Image, seen: Mask, grid: Grid, palette: ColourModels) -> ColourModels:
     """The palette under this photo's light: the table fitted afresh, the sides of the sheet shifted."""
     step = max(1, round(grid.pixels_per_unit / 32))
     coarse_seen = seen[::step, ::step]
@@ -59,20 +59,22 @@ def adapt(lab: Image, seen: Bools, grid: Grid, palette: Palette) -> Palette:
         sure &= (nearest == 0) | ~touching_edge(sure & (nearest > 0), coarse_seen)
         own = [sure & (nearest == k) for k in range(costs.shape[-1])]
         sides = _shifted(tuned.looks, sample, own)
-        tuned = Palette(_table(tuned.table, sample, own[0]), sides[0], sides[1] if len(sides) > 1 else None)
+        tuned = ColourModels(
+            _table(tuned.table, sample, own[0]), sides[0], sides[1] if len(sides) > 1 else None
+        )
     return tuned
 
 
-def _table(look: Look, sample: _Sample, own: Bools) -> Look:
+def _table(look: Look, sample: _Sample, own: Mask) -> Look:
     """The table fitted to the pixels that are surely its own; as it was if they are few, or it has several surfaces."""
-    if own.sum() < FEWEST or len(look.surfaces) > 1:
+    if own.sum() < FEWEST_CLASS_PIXELS or len(look.surfaces) > 1:
         return look
     fitted = fit_surface(sample.x[own], sample.y[own], sample.lab[own].astype(np.float64), 2)
     spread = 0.5 * (fitted.covariance + look.surfaces[0].covariance)
     return Look((Surface(2, fitted.coefficients, spread, fitted.span),))
 
 
-def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Bools]) -> list[Look]:
+def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Mask]) -> list[Look]:
     """The sides of the sheet, given with the table before them, as light has moved them.
 
     A hand must not pass for paper in another light: skin tells nothing of a side of another colour, and a side of about that
@@ -101,7 +103,9 @@ def _believed(left: Floats, table: Floats, ratio: float) -> Floats:
     low, high = sorted((1.0, ratio))
     along = np.clip(left @ table / max(float(table @ table), 1e-9), low, high)
     likely = left[np.linalg.norm(left - along[:, None] * table, axis=1) <= ONE_LIGHT]
-    return _shift(likely) if len(likely) >= max(FEWEST, FEWEST_LIKELY * len(left)) else table * low
+    return (
+        _shift(likely) if len(likely) >= max(FEWEST_CLASS_PIXELS, FEWEST_LIKELY * len(left)) else table * low
+    )
 
 
 def _is_skin(look: Look) -> bool:
@@ -109,7 +113,7 @@ def _is_skin(look: Look) -> bool:
     return bool(_skin(look.surfaces[0].coefficients[:1].reshape(1, 1, 3)).any())
 
 
-def _skin(lab: npt.NDArray[np.floating]) -> Bools:
+def _skin(lab: npt.NDArray[np.floating]) -> Mask:
     """Pixels in Lab, (rows, cols, 3), whose colour skin can have."""
     return skin(lab_to_rgb(lab).astype(np.uint8))
 
@@ -119,7 +123,7 @@ def _lightness(look: Look) -> float:
     return float(look.surfaces[0].coefficients[0][0] - BLACK[0])
 
 
-def _left(look: Look, sample: _Sample, own: Bools) -> Floats:
+def _left(look: Look, sample: _Sample, own: Mask) -> Floats:
     """What a look leaves of its pixels' colours, (N, 3)."""
     left = np.stack([sample.lab[own] - s.at(sample.x[own], sample.y[own]) for s in look.surfaces])
     nearest = np.linalg.norm(left, axis=-1).argmin(axis=0)
@@ -128,7 +132,7 @@ def _left(look: Look, sample: _Sample, own: Bools) -> Floats:
 
 def _shift(left: Floats) -> Floats:
     """How light has moved a colour, (3,), by what is left of pixels that are surely its own; 0 if they are few."""
-    if len(left) < FEWEST:
+    if len(left) < FEWEST_CLASS_PIXELS:
         return np.zeros(3)
     shift = np.median(left, axis=0)
     return np.asarray(shift * min(1.0, FARTHEST_SHIFT / max(float(np.linalg.norm(shift)), 1e-9)))

@@ -11,15 +11,15 @@ from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished, scale_of
-from folding_server.vision.fitting.scene import Scene, Stack, stack_of
+from folding_server.vision.fitting.scene import FaceStack, Scene, face_stack
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, is_paper
 
-FARTHEST = 0.3
+LARGEST_SHIFT = 0.3
 """Sheet units that the paper may have drifted."""
 LARGEST_TURN = 12.0
 """Degrees that it may have turned."""
-HEIGHT = 1.02
+THICKNESS_SCALE = 1.02
 """Even under a camera that stands still thick paper looks larger, for it reaches up to the lens."""
 FIXED = (1.0, 1.0)
 TURNS = (0.0, -3.0, 3.0, -6.0, 6.0, -9.0, 9.0)
@@ -54,8 +54,11 @@ def align_paper(paper: Paper, scene: Scene, scales: tuple[float, float] = FIXED)
 
     ``scales`` bounds how much smaller or larger than in frame 1 a camera may show the sheet.
     """
-    stack = stack_of(paper)
-    low, high = log(max(scales[0] / HEIGHT, SCALES[0])), log(min(scales[1] * HEIGHT, SCALES[1]))
+    stack = face_stack(paper)
+    low, high = (
+        log(max(scales[0] / THICKNESS_SCALE, SCALES[0])),
+        log(min(scales[1] * THICKNESS_SCALE, SCALES[1])),
+    )
     coarse, fine = _Search(stack, coarser(scene), low, high), _Search(stack, scene, low, high)
     begun = [coarse.climbed(start, 0.03, 3) for start in coarse.starts()]
     best = max((fine.polished(start) for start in _distinct(begun)), key=fine.value)
@@ -70,7 +73,7 @@ def align_paper(paper: Paper, scene: Scene, scales: tuple[float, float] = FIXED)
 class _Search:
     """The search for the motion of one stack: (dx, dy, degrees clockwise, logarithm of the scale) within limits."""
 
-    stack: Stack
+    stack: FaceStack
     scene: Scene
     smallest: float
     largest: float
@@ -78,7 +81,7 @@ class _Search:
     def limited(self, nudge: Vector) -> Vector:
         """The nearest motion that is allowed."""
         dx, dy, turned, size = nudge
-        nearer = min(1.0, FARTHEST / max(hypot(dx, dy), 1e-9))
+        nearer = min(1.0, LARGEST_SHIFT / max(hypot(dx, dy), 1e-9))
         turned = min(max(turned, -LARGEST_TURN), LARGEST_TURN)
         return dx * nearer, dy * nearer, turned, min(max(size, self.smallest), self.largest)
 
@@ -86,7 +89,7 @@ class _Search:
         """The similarity about the stack's middle."""
         return nudged(IDENTITY, self.stack.center, self.limited(nudge))
 
-    def drawn(self, nudge: Vector) -> Labels:
+    def drawn(self, nudge: Vector) -> LabelImage:
         """What the stack looks like after a motion."""
         return self.scene.draw(self.stack, self.motion(nudge))
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from folding_server.vision.colours import Image
-from folding_server.vision.grid import Floats, Grid
+from folding_server.arrays import Floats, Image
+from folding_server.vision.grid import Grid
 from folding_server.vision.surfaces import Surface
 
 LAB_FLOOR = (6.0, 3.0, 3.0)
@@ -45,7 +45,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Palette:
+class ColourModels:
     """How everything looks. ``back`` is None if the sides look alike or the back was never seen."""
 
     table: Look

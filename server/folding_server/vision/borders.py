@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Mask
 from folding_server.geometry.convex import Polygon
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
@@ -14,7 +15,6 @@ from folding_server.simulator.planes import planes
 from folding_server.vision.grid import Grid
 from folding_server.vision.raster import draw_values
 
-Mask = npt.NDArray[np.bool_]
 _VALUES = 254
 """Layers are told apart by this many values; two that share one would have to lie beside each other to matter."""
 

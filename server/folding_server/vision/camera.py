@@ -5,10 +5,10 @@ from statistics import median
 import cv2
 import numpy as np
 
-from folding_server.vision.appearance import Palette
-from folding_server.vision.colours import Image, to_lab
+from folding_server.arrays import Image, Mask
+from folding_server.vision.appearance import ColourModels
+from folding_server.vision.colours import to_lab
 from folding_server.vision.grid import grid_over
-from folding_server.vision.mixing import Bools
 from folding_server.vision.photos import Photos
 from folding_server.vision.pose import Pose
 from folding_server.vision.segmentation import class_costs
@@ -26,7 +26,7 @@ _SHINE = 5.0
 _LEAST_TABLE = 0.1
 
 
-def scales_of(photos: Photos, pose: Pose, palette: Palette) -> tuple[float, float]:
+def scales_of(photos: Photos, pose: Pose, palette: ColourModels) -> tuple[float, float]:
     """The scales, relative to frame 1, at which later photos may show the paper.
 
     A table without any grain cannot tell; then the camera may have moved.
@@ -40,7 +40,7 @@ def scales_of(photos: Photos, pose: Pose, palette: Palette) -> tuple[float, floa
     return STANDING if median(likeness) >= SAME_TABLE else HAND_HELD
 
 
-def _grain(photos: Photos, frame: int, pose: Pose, palette: Palette) -> tuple[Image, Bools]:
+def _grain(photos: Photos, frame: int, pose: Pose, palette: ColourModels) -> tuple[Image, Mask]:
     """How the table's lightness departs from its surroundings, and where the table is seen.
 
     What varies slowly is left out: shine and vignetting may belong to the camera.
@@ -58,7 +58,7 @@ def _grain(photos: Photos, frame: int, pose: Pose, palette: Palette) -> tuple[Im
     return np.asarray(light - smooth, np.float32), table
 
 
-def _correlation(first: tuple[Image, Bools], second: tuple[Image, Bools]) -> float:
+def _correlation(first: tuple[Image, Mask], second: tuple[Image, Mask]) -> float:
     """Correlation of two grains where both show the table; 0 where neither has any."""
     both = first[1] & second[1]
     if both.mean() < _LEAST_TABLE:

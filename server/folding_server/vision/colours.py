@@ -4,19 +4,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.photos import Picture
+from folding_server.arrays import Image, RgbImage
 
-Image = npt.NDArray[np.float32]
-"""A float picture, (rows, cols, channels) float32."""
-Vector = npt.NDArray[np.float64]
+Colour = npt.NDArray[np.float64]
 
 
-def to_lab(rgb: Picture) -> Image:
+def to_lab(rgb: RgbImage) -> Image:
     """CIE Lab, L 0 to 100, of an sRGB picture."""
     return np.asarray(cv2.cvtColor(rgb.astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB), np.float32)
 
 
-def to_linear(rgb: npt.NDArray[np.generic]) -> Image:
+def linear_from_table(rgb: npt.NDArray[np.generic]) -> Image:
     """Linear light, 0 to 1, of sRGB values 0 to 255 of any shape."""
     table = np.linspace(0, 1, 1024)
     curve = np.where(table <= 0.04045, table / 12.92, ((table + 0.055) / 1.055) ** 2.4).astype(np.float32)
@@ -41,15 +39,15 @@ def lab_to_rgb(lab: npt.NDArray[np.floating]) -> Image:
 
 def lab_to_linear(lab: npt.NDArray[np.floating]) -> Image:
     """Linear light 0 to 1 of Lab colours (rows, cols, 3)."""
-    return to_linear(lab_to_rgb(lab))
+    return linear_from_table(lab_to_rgb(lab))
 
 
-def lab_of_linear(linear: Vector) -> Vector:
+def lab_of_linear(linear: Colour) -> Colour:
     """Lab of one linear colour, (3,) to (3,)."""
     return np.asarray(linear_to_lab(linear), np.float64)
 
 
-def lab_of(colour: tuple[int, int, int]) -> Vector:
+def lab_of(colour: tuple[int, int, int]) -> Colour:
     """Lab of one sRGB colour."""
     return np.asarray(to_lab(np.array([[colour]], np.uint8))[0, 0], np.float64)
 
@@ -64,7 +62,7 @@ def cluster(colours: Image, count: int) -> tuple[npt.NDArray[np.int32], Image]:
     return np.asarray(numbers, np.int32).ravel(), np.asarray(centres, np.float32)
 
 
-def skin(rgb: Picture) -> npt.NDArray[np.bool_]:
+def skin(rgb: RgbImage) -> npt.NDArray[np.bool_]:
     """Pixels whose chroma human skin can have, light or dark, under indoor or day light."""
     ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
     luma, cr, cb = ycc[..., 0], ycc[..., 1], ycc[..., 2]

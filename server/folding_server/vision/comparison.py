@@ -1,12 +1,13 @@
 """A folded state against a photo: how well it explains what is seen, and in words where it does not."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from folding_schemas.results import Verdict
 
+from folding_server.arrays import ByteMask
 from folding_server.simulator.paper import Paper
 from folding_server.vision.alignment import Alignment, align_paper
 from folding_server.vision.discrepancies import (
@@ -18,19 +19,9 @@ from folding_server.vision.discrepancies import (
 )
 from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
-from folding_server.vision.labels import (
-    BACK,
-    FRONT,
-    UNKNOWN,
-    Labels,
-    as_one_colour,
-    is_paper,
-)
+from folding_server.vision.labels import BACK, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
-
-Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
-Mask = npt.NDArray[np.uint8]
 
 MATCHING_AGREEMENT = 0.965
 """Share of agreeing pixels that a match needs."""
@@ -45,7 +36,7 @@ MISPLACED_LINES = 0.3
 MISSING_LENGTH = 0.3
 """Sheet units of one seen inner line from which it is long."""
 MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
-HIDDEN = 0.9
+HIDDEN_LIMIT = 0.9
 """Share of the paper that something must hide for a photo to tell nothing."""
 HIDES = "something hides {:.0%} of the paper in the photo, so it tells nothing: look at another frame"
 MOST_WORDS = 5
@@ -61,7 +52,7 @@ class Match:
     aligned label image. ``lines`` (-1 to 1) says how well the state explains creases and layer edges inside
     the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
     sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`. ``hidden`` is the share of the predicted
-    paper that something hides in the photo: from HIDDEN on the verdict is never more than a MISMATCH either way.
+    paper that something hides in the photo: from HIDDEN_LIMIT on the verdict is never more than a MISMATCH either way.
     """
 
     verdict: Verdict
@@ -71,7 +62,7 @@ class Match:
     outline_worst: float
     alignment: Alignment
     discrepancies: tuple[Discrepancy, ...]
-    predicted: Labels
+    predicted: LabelImage
     lines: float
     missing_lines: tuple[str, ...]
     longest_missing: float
@@ -80,7 +71,7 @@ class Match:
     @property
     def words(self) -> list[str]:
         """The largest discrepancies, one sentence each, regions first, largest first."""
-        if self.hidden >= HIDDEN:
+        if self.hidden >= HIDDEN_LIMIT:
             return [HIDES.format(self.hidden)]
         return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
@@ -97,7 +88,7 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
     hidden = hidden_share(predicted, seen.labels)
-    verdict: Verdict = "MISMATCH" if hidden >= HIDDEN else judge(alignment.agreement, found, lines)
+    verdict: Verdict = "MISMATCH" if hidden >= HIDDEN_LIMIT else judge(alignment.agreement, found, lines)
     if verdict != "MATCH" and not found:
         found = thin_discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
     where = box_about(is_paper(predicted) | is_paper(seen.labels))
@@ -119,7 +110,7 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     )
 
 
-def hidden_share(predicted: Labels, seen: Labels) -> float:
+def hidden_share(predicted: LabelImage, seen: LabelImage) -> float:
     """The share of the predicted paper at which the photo shows something unknown; 0 if none is predicted."""
     paper = is_paper(predicted)
     return float((seen == UNKNOWN)[paper].mean()) if paper.any() else 0.0
@@ -135,7 +126,7 @@ def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = N
     return "MATCH" if matches else "MISMATCH"
 
 
-def class_iou(predicted: Labels, seen: SeenFrame) -> dict[str, float]:
+def class_iou(predicted: LabelImage, seen: SeenFrame) -> dict[str, float]:
     """Intersection over union by class where the photo's class is known."""
     known = seen.labels != UNKNOWN
     smallest = max(1.0, HARDLY_ANY * seen.grid.pixels_per_unit**2)
@@ -151,7 +142,7 @@ def _iou(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_], smallest: 
     return int(np.count_nonzero(first & second)) / union if union >= smallest else 1.0
 
 
-def outline_distances(predicted: Labels, seen: Labels, pixels_per_unit: float) -> tuple[float, float]:
+def outline_distances(predicted: LabelImage, seen: LabelImage, pixels_per_unit: float) -> tuple[float, float]:
     """Mean and 95 % quantile of the distance between two silhouettes, both ways, in sheet units.
 
     Outline that lies at something unknown is left out.
@@ -166,7 +157,7 @@ def outline_distances(predicted: Labels, seen: Labels, pixels_per_unit: float) -
     return float(both.mean()), float(np.quantile(both, 0.95))
 
 
-def _outline(mask: Mask) -> npt.NDArray[np.bool_]:
+def _outline(mask: ByteMask) -> npt.NDArray[np.bool_]:
     """The pixels of a mask that touch its outside."""
     return np.asarray((mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8)) == 0))
 

@@ -7,16 +7,15 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, Labels, is_paper
-from folding_server.vision.mixing import Bools
+from folding_server.arrays import ByteMask, Indices, Mask
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, LabelImage, is_paper
 
-Mask = npt.NDArray[np.uint8]
-Ints = npt.NDArray[np.signedinteger]
-Box = tuple[float, float, float, float]
+PaperBox = tuple[float, float, float, float]
+"""Left, upper, width, height in pixels."""
 
 BORDER_NOISE = 0.012
 """Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""
-LEAST_NOISE = 2.0
+LEAST_BORDER_NOISE = 2.0
 INMOST = 0.8
 """Share of a region's greatest depth from which a pixel may tell its place."""
 MOST_THIN = 2
@@ -45,18 +44,22 @@ class Discrepancy:
         return f"{self.place}: {much}the photo shows {sight} where the diagram has {diagram} ({size})"
 
 
-def discrepancies(predicted: Labels, seen: Labels, pixels_per_unit: float) -> tuple[Discrepancy, ...]:
+def discrepancies(predicted: LabelImage, seen: LabelImage, pixels_per_unit: float) -> tuple[Discrepancy, ...]:
     """The regions wider than border noise in which photo and diagram differ, largest area first."""
-    return _differences(predicted, seen, pixels_per_unit, max(BORDER_NOISE * pixels_per_unit, LEAST_NOISE))
+    return _differences(
+        predicted, seen, pixels_per_unit, max(BORDER_NOISE * pixels_per_unit, LEAST_BORDER_NOISE)
+    )
 
 
-def thin_discrepancies(predicted: Labels, seen: Labels, pixels_per_unit: float) -> tuple[Discrepancy, ...]:
+def thin_discrepancies(
+    predicted: LabelImage, seen: LabelImage, pixels_per_unit: float
+) -> tuple[Discrepancy, ...]:
     """The largest regions, however thin: what disagrees if nothing is wider than border noise."""
     return _differences(predicted, seen, pixels_per_unit, 0.0)[:MOST_THIN]
 
 
 def _differences(
-    predicted: Labels, seen: Labels, pixels_per_unit: float, noise: float
+    predicted: LabelImage, seen: LabelImage, pixels_per_unit: float, noise: float
 ) -> tuple[Discrepancy, ...]:
     """The regions more than so many pixels wide, largest area first."""
     found: list[Discrepancy] = []
@@ -71,7 +74,7 @@ def _differences(
     return tuple(sorted(found, key=lambda d: d.area, reverse=True))
 
 
-def _beyond(paper: Bools, here: int, there: int) -> npt.NDArray[np.float32]:
+def _beyond(paper: Mask, here: int, there: int) -> npt.NDArray[np.float32]:
     """The distance, in pixels, of every pixel from the paper of the side that falls short; 0 if both have paper."""
     if BACKGROUND not in (here, there) or not paper.any():
         return np.zeros(paper.shape, np.float32)
@@ -79,11 +82,11 @@ def _beyond(paper: Bools, here: int, there: int) -> npt.NDArray[np.float32]:
 
 
 def _regions(
-    mask: Mask,
+    mask: ByteMask,
     far: npt.NDArray[np.float32],
     classes: tuple[int, int],
     pixels_per_unit: float,
-    box: Box,
+    box: PaperBox,
     noise: float,
 ) -> list[Discrepancy]:
     depth = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, 5), np.float32)
@@ -103,7 +106,7 @@ def _regions(
     return found
 
 
-def _inmost(cols: Ints, rows: Ints, depth: npt.NDArray[np.float32]) -> tuple[int, int]:
+def _inmost(cols: Indices, rows: Indices, depth: npt.NDArray[np.float32]) -> tuple[int, int]:
     """Of a region's deepest pixels the one nearest to its middle: (column, row)."""
     deep = depth[rows, cols]
     away = np.hypot(cols - cols.mean(), rows - rows.mean())
@@ -111,15 +114,15 @@ def _inmost(cols: Ints, rows: Ints, depth: npt.NDArray[np.float32]) -> tuple[int
     return int(cols[best]), int(rows[best])
 
 
-def box_about(paper: Bools) -> Box:
-    """The box about all paper in pixels: left, upper, width, height."""
+def box_about(paper: Mask) -> PaperBox:
+    """The box about all paper."""
     rows, cols = np.nonzero(paper)
     if not len(rows):
         return 0.0, 0.0, float(paper.shape[1]), float(paper.shape[0])
     return float(cols.min()), float(rows.min()), float(np.ptp(cols)) + 1, float(np.ptp(rows)) + 1
 
 
-def place_of(pixel: Sequence[float], box: Box) -> str:
+def place_of(pixel: Sequence[float], box: PaperBox) -> str:
     """Where a pixel (column, row) lies in the paper's box, in words."""
     left, upper, width, height = box
     column = min(2, int(3 * (pixel[0] - left) / width))

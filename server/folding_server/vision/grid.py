@@ -7,11 +7,11 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
-Value = TypeVar("Value", bound=np.generic)
+from folding_server.arrays import Floats
 
-REACH = (-0.8, -0.8, 1.8, 1.8)
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+FIELD_OF_VIEW = (-0.8, -0.8, 1.8, 1.8)
 """Left, bottom, right, top of the part of the plane that folding one unit square normally stays in."""
 
 
@@ -54,7 +54,7 @@ class Grid:
             [self.left + (uv[..., 0] + 0.5) / scale, self.top - (uv[..., 1] + 0.5) / scale], axis=-1
         )
 
-    def under(self, points: npt.ArrayLike, image: npt.NDArray[Value]) -> npt.NDArray[Value]:
+    def under(self, points: npt.ArrayLike, image: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
         """The value of an image (rows, cols) of this grid under each plane point (..., 2), (...); 0 outside."""
         pixels = np.rint(self.to_pixel(points)).astype(np.intp)
         cols, rows = pixels[..., 0], pixels[..., 1]
@@ -68,7 +68,7 @@ class Grid:
         return np.array([[s, 0, -self.left * s - 0.5], [0, -s, self.top * s - 0.5], [0, 0, 1.0]])
 
 
-def grid_over(pixels_per_unit: float, reach: tuple[float, float, float, float] = REACH) -> Grid:
+def grid_over(pixels_per_unit: float, reach: tuple[float, float, float, float] = FIELD_OF_VIEW) -> Grid:
     """The grid that covers (left, bottom, right, top) at a resolution."""
     left, bottom, right, top = reach
     rows = ceil((top - bottom) * pixels_per_unit - 1e-9)

@@ -7,13 +7,11 @@ from math import pi
 import cv2
 import numpy as np
 
+from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
-from folding_server.vision.colours import Image
 from folding_server.vision.grid import Grid
-from folding_server.vision.mixing import Bools
-from folding_server.vision.photos import Picture
 from folding_server.vision.resampling import resampled
 
 RIM = 0.018
@@ -24,16 +22,16 @@ FAINTEST, FULL = 4.5, 11.0
 """Responses, in deviations of the paper's grain, from which a line is seen and at which it counts fully."""
 GRAIN_QUANTILE = 85
 """Percent of the paper whose responses are grain or pattern, not lines."""
-REACH = 0.025
+LINE_TOLERANCE = 0.025
 """Sheet units that a predicted line may lie beside a seen one."""
-CLEAR, SHORTEST = 0.3, 0.12
+TOLD_STRENGTH, TOLD_LENGTH = 0.3, 0.12
 """Strength, and length in sheet units, from which a seen line is worth a word."""
 
 _ORIENTATIONS = 12
 _ACROSS, _ALONG, _SLOW = 0.0045, 0.03, 0.04
 
 
-def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: float) -> Image:
+def inner_lines(rgb: RgbImage, shares: Image, unknown: Mask, pixels_per_unit: float) -> Image:
     """Strength, 0 to 1, of straight lines within one side of the paper, (rows, cols).
 
     A line is a ridge, darker or lighter than both its sides, or a step between them. ``shares`` (rows, cols,
@@ -54,7 +52,7 @@ def inner_lines(rgb: Picture, shares: Image, unknown: Bools, pixels_per_unit: fl
     return np.asarray(strength, np.float32)
 
 
-def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Bools, pixels_per_unit: float) -> Image:
+def _lines_within(grey: Image, own: cv2.typing.MatLike, core: Mask, pixels_per_unit: float) -> Image:
     """Strength of lines in a window; ``own`` is paper of one side, ``core`` the part away from its rim."""
     weight = own.astype(np.float32)
     slow = _SLOW * pixels_per_unit
@@ -108,9 +106,9 @@ class LineMatch:
 NO_LINES = LineMatch(0.0, ())
 
 
-def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: Bools) -> LineMatch:
+def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: Mask) -> LineMatch:
     """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side."""
-    width = 2 * max(1, round(REACH * grid.pixels_per_unit)) + 1
+    width = 2 * max(1, round(LINE_TOLERANCE * grid.pixels_per_unit)) + 1
     near = (
         cv2.dilate(
             visible_borders(paper, grid, motion).all.astype(np.uint8), np.ones((width, width), np.uint8)
@@ -123,21 +121,21 @@ def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: 
         return LineMatch(0.0, ())
     explained = float(seen[near].sum()) / total
     agreement = min(max((explained - expected) / (1 - expected), -1.0), 1.0)
-    return LineMatch(agreement, tuple(_long_lines((seen > CLEAR) & ~near, grid.pixels_per_unit)))
+    return LineMatch(agreement, tuple(_long_lines((seen > TOLD_STRENGTH) & ~near, grid.pixels_per_unit)))
 
 
-def _long_lines(mask: Bools, pixels_per_unit: float) -> list[tuple[float, float, float]]:
+def _long_lines(mask: Mask, pixels_per_unit: float) -> list[tuple[float, float, float]]:
     """The long connected lines of a mask: middle column and row, length in sheet units, longest first."""
     count, _, stats, centres = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     lines = []
     for i in range(1, count):
         size = float(np.hypot(stats[i, cv2.CC_STAT_WIDTH], stats[i, cv2.CC_STAT_HEIGHT])) / pixels_per_unit
-        if size >= SHORTEST:
+        if size >= TOLD_LENGTH:
             lines.append((float(centres[i][0]), float(centres[i][1]), size))
     return sorted(lines, key=lambda line: line[2], reverse=True)
 
 
-def thick_core(labels_agree: Bools, pixels_per_unit: float) -> Bools:
+def thick_core(labels_agree: Mask, pixels_per_unit: float) -> Mask:
     """Away from the rim of where photo and prediction show the same side of the paper."""
     rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
     return np.asarray(cv2.erode(labels_agree.astype(np.uint8), np.ones((rim, rim), np.uint8)) > 0)

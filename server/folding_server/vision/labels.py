@@ -15,16 +15,16 @@ UNKNOWN = 255
 
 NAMES = {BACKGROUND: "background", FRONT: "front side", BACK: "back side", UNKNOWN: "something unknown"}
 
-Labels = npt.NDArray[np.uint8]
+LabelImage = npt.NDArray[np.uint8]
 """A label image, (rows, cols) uint8."""
 
 
-def is_paper(labels: Labels) -> npt.NDArray[np.bool_]:
+def is_paper(labels: LabelImage) -> npt.NDArray[np.bool_]:
     """Where a label image shows paper, either side up."""
     paper: npt.NDArray[np.bool_] = (labels == FRONT) | (labels == BACK)
     return paper
 
 
-def as_one_colour(labels: Labels) -> Labels:
+def as_one_colour(labels: LabelImage) -> LabelImage:
     """The same label image for a sheet whose sides look alike: BACK becomes FRONT."""
     return np.asarray(np.where(labels == BACK, FRONT, labels), np.uint8)

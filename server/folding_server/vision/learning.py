@@ -7,18 +7,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Bools, Image
 from folding_server.frames.color_names import color_rgb
-from folding_server.vision.appearance import Look, Palette, coordinates
+from folding_server.vision.appearance import ColourModels, Look, coordinates
 from folding_server.vision.colours import (
-    Image,
-    Vector,
+    Colour,
     cluster,
     lab_of,
     lab_of_linear,
     lab_to_linear,
+    linear_from_table,
     skin,
     to_lab,
-    to_linear,
 )
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.photos import Photos
@@ -26,9 +26,7 @@ from folding_server.vision.pose import Pose
 from folding_server.vision.segmentation import class_costs
 from folding_server.vision.surfaces import Surface, fit_surface
 
-Bools = npt.NDArray[np.bool_]
-
-COARSE = 48.0
+LEARNING_RESOLUTION = 48.0
 """Pixels per unit at which the photos are looked through for the back's colour."""
 MOST_PHOTOS = 24
 SAME_COLOUR = 7.0
@@ -36,7 +34,7 @@ SAME_COLOUR = 7.0
 NEW_COLOUR = 10.0
 """Cost, in nats, above which a pixel is a colour not yet known."""
 CLUSTERS = 4
-FEWEST = 30
+FEWEST_COLOUR_PIXELS = 30
 """Pixels that a colour must have to count."""
 GOOD_DEAL = 0.02
 """Area, in sheet units squared, that a colour must cover in a photo to be more than an accident."""
@@ -59,14 +57,14 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class Group:
+class NewColour:
     """One colour that appears in later photos: its mean and spread in Lab, and its share of all new pixels.
 
     ``skin``, ``entering`` and ``shaded`` say how much of it is like skin, reaches in, or is a darker
     shade of table or front; ``lasting`` is the share of the later photos in which there is a good deal of it.
     """
 
-    mean: Vector
+    mean: Colour
     covariance: npt.NDArray[np.float64]
     weight: float
     skin: float
@@ -75,22 +73,22 @@ class Group:
     lasting: float
 
 
-def learn(photos: Photos, pose: Pose) -> Palette:
+def learn(photos: Photos, pose: Pose) -> ColourModels:
     """The palette of a sequence whose flat square was found in frame 1."""
-    grid = grid_over(COARSE)
+    grid = grid_over(LEARNING_RESOLUTION)
     first = _first_palette(photos, pose, grid)
     back = _find_back(photos, pose, grid, first)
-    return Palette(first.table, first.front, back)
+    return ColourModels(first.table, first.front, back)
 
 
-def _first_palette(photos: Photos, pose: Pose, grid: Grid) -> Palette:
+def _first_palette(photos: Photos, pose: Pose, grid: Grid) -> ColourModels:
     """Table and front from frame 1, where the sheet is the unit square."""
     rgb, seen = pose.rectify(photos.photo(1), grid)
     lab = to_lab(rgb)
     x, y = np.meshgrid(*coordinates(grid))
     far = np.maximum(np.abs(x), np.abs(y)) * 1.3
     inside, outside = (far < 0.46) & seen, (far > 0.55) & seen
-    return Palette(_table_look(x, y, lab, outside), _sheet_look(x, y, lab, inside), None)
+    return ColourModels(_table_look(x, y, lab, outside), _sheet_look(x, y, lab, inside), None)
 
 
 def _table_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Image, own: Bools) -> Look:
@@ -109,12 +107,12 @@ def _sheet_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Ima
 
 
 def _grid_of(lab: Image) -> Grid:
-    grid = grid_over(COARSE)
+    grid = grid_over(LEARNING_RESOLUTION)
     assert lab.shape[:2] == (grid.rows, grid.cols)
     return grid
 
 
-def _find_back(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Look | None:
+def _find_back(photos: Photos, pose: Pose, grid: Grid, first: ColourModels) -> Look | None:
     """The colour of the back: the one new colour in the later photos that behaves like paper."""
     hint = _hinted_back(photos, first)
     groups = list(_groups(photos, pose, grid, first))
@@ -129,12 +127,12 @@ def _find_back(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Look |
     return None
 
 
-def _plain(mean: Vector, covariance: npt.NDArray[np.float64]) -> Look:
+def _plain(mean: Colour, covariance: npt.NDArray[np.float64]) -> Look:
     everywhere = (-1.0, -1.0, 1.0, 1.0)
     return Look((Surface(0, mean.reshape(1, 3), covariance, everywhere),))
 
 
-def _hinted_back(photos: Photos, first: Palette) -> Vector | None:
+def _hinted_back(photos: Photos, first: ColourModels) -> Colour | None:
     """The declared back in the light of frame 1, told by how the declared front looks there."""
     if photos.back_color is None:
         return None
@@ -143,11 +141,11 @@ def _hinted_back(photos: Photos, first: Palette) -> Vector | None:
         return lab_of(back)
     front = color_rgb(photos.front_color)
     seen = _linear_of(first.front.surfaces[0].at(np.zeros(()), np.zeros(())).astype(np.float64))
-    declared = to_linear(np.array(front)).astype(np.float64)
+    declared = linear_from_table(np.array(front)).astype(np.float64)
     gain = np.clip((seen + 0.02) / (declared + 0.02), 0.4, 1.8)
     if lab_distance(front, back) < SAME_COLOUR:
         return None
-    return lab_of_linear(to_linear(np.array(back)).astype(np.float64) * gain)
+    return lab_of_linear(linear_from_table(np.array(back)).astype(np.float64) * gain)
 
 
 def lab_distance(first: tuple[int, int, int], second: tuple[int, int, int]) -> float:
@@ -155,16 +153,16 @@ def lab_distance(first: tuple[int, int, int], second: tuple[int, int, int]) -> f
     return float(np.linalg.norm(lab_of(first) - lab_of(second)))
 
 
-def _linear_of(lab: Vector) -> Vector:
+def _linear_of(lab: Colour) -> Colour:
     return np.asarray(lab_to_linear(lab.reshape(1, 1, 3))[0, 0], np.float64)
 
 
-def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[Group]:
+def _groups(photos: Photos, pose: Pose, grid: Grid, first: ColourModels) -> Iterator[NewColour]:
     """Clusters of the colours that table and front do not explain."""
     frames = _sampled_frames(photos.frame_count)
     parts = [_new_pixels(photos, frame, pose, grid, first) for frame in frames]
     pixels = np.concatenate([part[0] for part in parts]) if parts else np.zeros((0, 3), np.float32)
-    if len(pixels) < FEWEST:
+    if len(pixels) < FEWEST_COLOUR_PIXELS:
         return
     marks = Marks(
         *(np.concatenate([getattr(part[1], name) for part in parts]) for name in Marks.__annotations__)
@@ -172,18 +170,18 @@ def _groups(photos: Photos, pose: Pose, grid: Grid, first: Palette) -> Iterator[
     numbers, _ = cluster(pixels, CLUSTERS)
     for k in range(CLUSTERS):
         own = numbers == k
-        if own.sum() >= FEWEST:
+        if own.sum() >= FEWEST_COLOUR_PIXELS:
             yield _group(pixels[own].astype(np.float64), marks.only(own), float(own.mean()), len(frames))
 
 
-def _group(colours: npt.NDArray[np.float64], marks: Marks, share: float, frames: int) -> Group:
+def _group(colours: npt.NDArray[np.float64], marks: Marks, share: float, frames: int) -> NewColour:
     mean = np.median(colours, axis=0)
     near = colours[np.linalg.norm(colours - mean, axis=1) < 18]
     covariance = np.cov(near.T) if len(near) > 10 else np.diag([30.0, 15.0, 15.0])
     per_frame = np.bincount(marks.frame)
-    lasting = float((per_frame > GOOD_DEAL * COARSE**2).sum()) / frames
+    lasting = float((per_frame > GOOD_DEAL * LEARNING_RESOLUTION**2).sum()) / frames
     of_skin, entering, shaded = (float(m.mean()) for m in (marks.skin, marks.entering, marks.shaded))
-    return Group(mean, covariance, share, of_skin, entering, shaded, lasting)
+    return NewColour(mean, covariance, share, of_skin, entering, shaded, lasting)
 
 
 def _sampled_frames(count: int) -> list[int]:
@@ -193,7 +191,7 @@ def _sampled_frames(count: int) -> list[int]:
 
 
 def _new_pixels(
-    photos: Photos, frame: int, pose: Pose, grid: Grid, first: Palette
+    photos: Photos, frame: int, pose: Pose, grid: Grid, first: ColourModels
 ) -> tuple[npt.NDArray[np.float32], Marks]:
     """Lab (N, 3) of the pixels that neither table nor front in plain light explains, and their marks."""
     rgb, seen = pose.rectify(photos.photo(frame), grid)
@@ -209,7 +207,7 @@ def _new_pixels(
     return lab[new], Marks(skin(rgb)[new], entering[new], shaded[new], np.full(count, frame))
 
 
-def _likelihood(group: Group, hint: Vector | None) -> float:
+def _likelihood(group: NewColour, hint: Colour | None) -> float:
     """How much a colour behaves like the back of the sheet, 0 to 1.
 
     A darker shade of what is known is a shadow unless it lasts; hands are skin and reach in from outside.

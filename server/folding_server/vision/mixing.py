@@ -6,13 +6,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.vision.appearance import Look, coordinates
-from folding_server.vision.colours import Image, lab_to_linear, to_linear
+from folding_server.vision.colours import lab_to_linear, linear_from_table
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, Labels
-from folding_server.vision.photos import Picture
-
-Bools = npt.NDArray[np.bool_]
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, LabelImage
 
 CLASSES = (BACKGROUND, FRONT, BACK)
 BAND = 5
@@ -21,7 +19,7 @@ DEEPEST_CAST = 0.3
 """Least share of its light that a shadow between two layers leaves the lower one."""
 _OTHER_PAIR = 0.02
 """Linear light by which a mixture of two other classes must fit better than one that has the pixel's own."""
-FAR, TREND = 15, 9
+FAR_NEIGHBOURHOOD, TREND_NEIGHBOURHOOD = 15, 9
 """Pixels across of the neighbourhood from which light is taken where none of the class is close by, and of that in which
 it is seen to grow dark towards a border.
 """
@@ -36,7 +34,7 @@ _STIFF, _RIGID = 0.02, 1e3
 _TINY = 1e-6
 
 
-def mixtures(labels: Labels, unknown: Bools, rgb: Picture, lights: npt.NDArray[np.float32]) -> Image:
+def mixtures(labels: LabelImage, unknown: Mask, rgb: RgbImage, lights: npt.NDArray[np.float32]) -> Image:
     """Shares (rows, cols, 3) of table, front and back; border pixels are split between two of them.
 
     ``lights`` (3, rows, cols, 3) is what :func:`class_lights` says of them.
@@ -45,20 +43,20 @@ def mixtures(labels: Labels, unknown: Bools, rgb: Picture, lights: npt.NDArray[n
     spread = cv2.dilate(shares * (~unknown)[..., None], np.ones((BAND, BAND), np.uint8))
     rows, cols = np.nonzero((spread.sum(axis=-1) > 1.5) & ~unknown)
     if len(rows):
-        pixels = to_linear(rgb)[rows, cols]
+        pixels = linear_from_table(rgb)[rows, cols]
         shares[rows, cols] = _split(pixels, lights[:, rows, cols], spread[rows, cols] > 0, labels[rows, cols])
     return shares
 
 
 def class_lights(
-    labels: Labels, unknown: Bools, rgb: Picture, looks: tuple[Look, ...], grid: Grid, mixed: int = 1
+    labels: LabelImage, unknown: Mask, rgb: RgbImage, looks: tuple[Look, ...], grid: Grid, mixed: int = 1
 ) -> npt.NDArray[np.float32]:
     """The linear light (3, rows, cols, 3) that each class shows around each pixel.
 
     ``looks`` say what light to expect of a class where none of it is near; ``mixed`` is how many pixels on either side
     of a border show some of both classes.
     """
-    light = to_linear(rgb)
+    light = linear_from_table(rgb)
     expected = [lab_to_linear(look.surfaces[0].on(*coordinates(grid))) for look in looks]
     expected += [np.zeros_like(light)] * (len(CLASSES) - len(expected))
     owns = [(labels == value) & ~unknown for value in CLASSES]
@@ -66,7 +64,7 @@ def class_lights(
 
 
 def _split(
-    pixels: Image, means: npt.NDArray[np.float32], near: Bools, own: Labels
+    pixels: Image, means: npt.NDArray[np.float32], near: Mask, own: LabelImage
 ) -> npt.NDArray[np.float32]:
     """Shares (N, 3) of pixels (N, 3) as mixtures of the two near classes that explain them best."""
     count = len(pixels)
@@ -84,7 +82,7 @@ def _split(
     return shares
 
 
-def _between(pixels: Image, first: Image, second: Image, inner: Bools) -> tuple[Image, Image]:
+def _between(pixels: Image, first: Image, second: Image, inner: Mask) -> tuple[Image, Image]:
     """How far from the first light to the second each pixel lies, 0 to 1, and how far beside, both (N,).
 
     Within the paper (``inner``), where one layer may shade the other, mixtures may be darker as a whole. Lights of nearly
@@ -107,14 +105,14 @@ def _product(first: Image, second: Image) -> npt.NDArray[np.float64]:
     return np.asarray(np.einsum("ij,ij->i", first, second), np.float64)
 
 
-def _local_mean(light: Image, own: Bools, expected: Image, mixed: int) -> Image:
+def _local_mean(light: Image, own: Mask, expected: Image, mixed: int) -> Image:
     """Mean light of a class's own pixels in the neighbourhood of each pixel, those close by before those farther away.
 
     Beside a border it is what the last pixels before it show, darkened on as they are against those behind them.
     """
     close, core = (_eroded(own, reach) for reach in (mixed, mixed + 1))
     inner = _weighted(light, core)
-    far = np.asarray(cv2.blur(inner, (FAR, FAR)), np.float32)
+    far = np.asarray(cv2.blur(inner, (FAR_NEIGHBOURHOOD, FAR_NEIGHBOURHOOD)), np.float32)
     near = np.asarray(cv2.blur(_weighted(light, close), (BAND, BAND)), np.float32)
     near[..., :3] *= _darkening(light, close - core, core)[..., None]
     total = near + _BEHIND * far
@@ -138,14 +136,14 @@ def _darkening(light: Image, rim: Image, core: Image) -> Image:
     )
 
 
-def _mean_over(grey: Image, part: Image) -> tuple[Image, Bools]:
+def _mean_over(grey: Image, part: Image) -> tuple[Image, Mask]:
     """The mean light (rows, cols) of a part of the class around each pixel, and where there is any."""
-    count = np.asarray(cv2.blur(part, (TREND, TREND)), np.float32)
-    total = np.asarray(cv2.blur(grey * part, (TREND, TREND)), np.float32)
+    count = np.asarray(cv2.blur(part, (TREND_NEIGHBOURHOOD, TREND_NEIGHBOURHOOD)), np.float32)
+    total = np.asarray(cv2.blur(grey * part, (TREND_NEIGHBOURHOOD, TREND_NEIGHBOURHOOD)), np.float32)
     return np.asarray(total / np.maximum(count, _TINY), np.float32), count > _TINY
 
 
-def _eroded(own: Bools, reach: int) -> Image:
+def _eroded(own: Mask, reach: int) -> Image:
     kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     return np.asarray(cv2.erode(own.astype(np.uint8), kernel), np.float32)
 

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.colours import Image, to_lab
+from folding_server.arrays import Image, Mask
+from folding_server.vision.colours import to_lab
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
-from folding_server.vision.mixing import Bools
 from folding_server.vision.seeing import Eyes, SeenFrame
 
-LEAST_CHANGE, CHANGED = 3.5, 7.0
+LEAST_CHANGE, NOISY_CHANGE = 3.5, 7.0
 """Distances in Lab from which a pixel no longer shows what it did, changes of the light allowed for: in still pictures
 and in noisy ones, or where a pattern drifts.
 """
@@ -25,7 +25,7 @@ AT_EDGES = 0.03
 
 
 @dataclass(frozen=True)
-class Movement:
+class ObservedMovement:
     """Where the paper of one photo stayed or moved on the way to the next, on that photo's grid.
 
     ``moved`` (rows, cols) float32 is the share, 0 to 1, of the images in between in which a pixel of the paper no
@@ -42,13 +42,13 @@ class Movement:
     images: int
 
 
-def movement(eyes: Eyes, frame: int, pixels_per_unit: float = 64.0) -> Movement | None:
+def movement(eyes: Eyes, frame: int, pixels_per_unit: float = 64.0) -> ObservedMovement | None:
     """What moved between photos ``frame`` - 1 and ``frame``; None if the sequence has no images in between."""
     images = eyes.between(frame, pixels_per_unit)
     return disturbed(eyes.frame(frame - 1, pixels_per_unit), images) if images else None
 
 
-def disturbed(before: SeenFrame, images: Sequence[SeenFrame]) -> Movement:
+def disturbed(before: SeenFrame, images: Sequence[SeenFrame]) -> ObservedMovement:
     """Where the paper of a photo looks different in later images of the same grid."""
     scale = before.grid.pixels_per_unit
     paper = cv2.erode(is_paper(before.labels).astype(np.uint8), _square(AT_EDGES * scale)) > 0
@@ -58,16 +58,16 @@ def disturbed(before: SeenFrame, images: Sequence[SeenFrame]) -> Movement:
     moved = [_different(before, image, clear) for image, clear in zip(images, free, strict=True)]
     watched = np.asarray(np.sum(free, axis=0), np.uint8)
     shares = [_share(shown, free) for shown in (moved, turned, bare)]
-    return Movement(before, shares[0], shares[1], shares[2], watched, len(images))
+    return ObservedMovement(before, shares[0], shares[1], shares[2], watched, len(images))
 
 
-def _share(shown: Sequence[Bools], free: Sequence[Bools]) -> Image:
+def _share(shown: Sequence[Mask], free: Sequence[Mask]) -> Image:
     """The share of the images in which something shows, of those in which nothing hides it."""
     times = np.sum([a & b for a, b in zip(shown, free, strict=True)], axis=0, dtype=np.float32)
     return np.asarray(times / np.maximum(np.sum(free, axis=0), 1), np.float32)
 
 
-def _near_hands(image: SeenFrame) -> Bools:
+def _near_hands(image: SeenFrame) -> Mask:
     """Where hands are, or near."""
     hidden = (image.labels == UNKNOWN).astype(np.uint8)
     return np.asarray(cv2.dilate(hidden, _square(AROUND_HANDS * image.grid.pixels_per_unit)) > 0)
@@ -79,20 +79,22 @@ def _square(reach: float) -> npt.NDArray[np.uint8]:
     return np.ones((side, side), np.uint8)
 
 
-def _different(before: SeenFrame, image: SeenFrame, free: Bools) -> Bools:
+def _different(before: SeenFrame, image: SeenFrame, free: Mask) -> Mask:
     """Pixels that look different; the light may have changed as a whole."""
     step = _soft(image) - _soft(before)
     if free.any():
         step = step - np.median(step[free], axis=0) * _calm(step[free])
     distance = np.linalg.norm(step, axis=-1)
     usual = float(np.median(distance[free])) if free.any() else 0.0
-    return np.asarray(distance > np.clip(USUAL * usual, LEAST_CHANGE, CHANGED))
+    return np.asarray(distance > np.clip(USUAL * usual, LEAST_CHANGE, NOISY_CHANGE))
 
 
 def _calm(steps: npt.NDArray[np.float32]) -> float:
     """1 if most of the pixels changed alike, as light makes them, else 0."""
     spread = np.linalg.norm(steps - np.median(steps, axis=0), axis=1)
-    return float(np.median(spread) < CHANGED / 2 and np.linalg.norm(np.median(steps, axis=0)) < 2 * CHANGED)
+    return float(
+        np.median(spread) < NOISY_CHANGE / 2 and np.linalg.norm(np.median(steps, axis=0)) < 2 * NOISY_CHANGE
+    )
 
 
 def _soft(seen: SeenFrame) -> Image:

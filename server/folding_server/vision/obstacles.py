@@ -7,12 +7,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.appearance import LAB_FLOOR, Palette, pixel_cost
-from folding_server.vision.colours import Image, cluster, skin
-from folding_server.vision.grid import Floats, Grid
-from folding_server.vision.labels import BACK, FRONT, Labels, is_paper
-from folding_server.vision.mixing import Bools
-from folding_server.vision.photos import Picture
+from folding_server.arrays import Floats, Image, Mask, RgbImage
+from folding_server.vision.appearance import LAB_FLOOR, ColourModels, pixel_cost
+from folding_server.vision.colours import cluster, skin
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, FRONT, LabelImage, is_paper
 from folding_server.vision.table_memory import Recalled
 
 UNEXPLAINED = 16.0
@@ -31,7 +30,7 @@ STRANGE = 16.0
 """Distance in Lab from every class, shadows allowed for, that such a pixel must have."""
 SKIN_STRANGE = 11.0
 """The same where the colour is one that skin can have."""
-CHANGED, CHANGED_STRANGE = 7.0, 4.5
+CHANGED_COST, CHANGED_STRANGE = 7.0, 4.5
 """Cost, and distance in Lab, from which a pixel is not the table that it was in the first photo."""
 THINNEST_CHANGE = 0.04
 """Width, in sheet units, below which such a change is a blurred edge of the paper."""
@@ -43,7 +42,7 @@ ARM_DEPARTS, DEPARTS_FACTOR = 3.0, 4.5
 """Distance in Lab on the average, light and shadow or not, from which it is one as well, and the same."""
 SHADES = 4
 """Colours that an obstacle may have."""
-FEWEST = 60
+FEWEST_OBSTACLE_PIXELS = 60
 """Pixels of an obstacle from which its colours are known."""
 LEAD = 1.0
 """Nats by which a pixel must rather be the obstacle than table or paper to belong to it."""
@@ -62,7 +61,7 @@ SMALLEST_SHEET = 0.05
 
 
 @dataclass(frozen=True)
-class View:
+class ObstacleView:
     """One photo as obstacles are looked for in it.
 
     ``lab`` and ``rgb`` (rows, cols, 3), ``costs`` (rows, cols, classes), ``seen`` (rows, cols), and what the
@@ -70,11 +69,11 @@ class View:
     """
 
     lab: Image
-    rgb: Picture
+    rgb: RgbImage
     costs: Image
-    seen: Bools
+    seen: Mask
     grid: Grid
-    palette: Palette
+    palette: ColourModels
     recalled: Recalled | None
 
     @cached_property
@@ -93,7 +92,7 @@ class View:
         return self.recalled.strangeness(self.lab)
 
 
-def obstacles(view: View) -> Bools:
+def obstacles(view: ObstacleView) -> Mask:
     """Where something that is neither table nor paper is in the way: hands, sleeves, tools."""
     odd = _odd(view)
     kernel = _disc(THINNEST_UNKNOWN, view.grid)
@@ -104,14 +103,14 @@ def obstacles(view: View) -> Bools:
     return np.asarray(cv2.dilate(large.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
 
 
-def _odd(view: View) -> Bools:
+def _odd(view: ObstacleView) -> Mask:
     """Pixels that no class explains."""
     least = cv2.blur(view.costs.min(axis=-1).clip(0, 60), (3, 3))
     odd = (least > UNEXPLAINED) & (view.strange > STRANGE)
     odd |= (least > SKIN_UNEXPLAINED) & (view.strange > SKIN_STRANGE) & skin(view.rgb)
     strange = cv2.medianBlur(view.strange, 5)
     if view.recalled is not None:
-        changed = view.recalled.known & (least > CHANGED) & (strange > CHANGED_STRANGE)
+        changed = view.recalled.known & (least > CHANGED_COST) & (strange > CHANGED_STRANGE)
         odd |= _as_wide_as(THINNEST_CHANGE, changed, view.grid) | _arms(view, view.recalled)
     doubtful, kernel = _doubtful(view, strange), _disc(THINNEST_UNKNOWN, view.grid)
     solid = _as_wide_as(THINNEST_UNKNOWN, doubtful | odd, view.grid)
@@ -119,7 +118,7 @@ def _odd(view: View) -> Bools:
     return np.asarray(odd | (doubtful & touching_edge(np.asarray(arms > 0), view.seen)))
 
 
-def _doubtful(view: View, strange: cv2.typing.MatLike) -> Bools:
+def _doubtful(view: ObstacleView, strange: cv2.typing.MatLike) -> Mask:
     """Pixels that may be a hand or a sleeve if they belong to what reaches in; ``strange`` is smoothed."""
     like_paper = view.costs.argmin(axis=-1) > 0
     plain = [look.cost(view.lab, view.grid, shadows=False) for look in view.palette.looks[1:]]
@@ -130,7 +129,7 @@ def _doubtful(view: View, strange: cv2.typing.MatLike) -> Bools:
     return np.asarray((like_paper & unlit & (strange > LEAST_STRANGE)) | like_skin)
 
 
-def _arms(view: View, recalled: Recalled) -> Bools:
+def _arms(view: ObstacleView, recalled: Recalled) -> Mask:
     """What is not the table that was there, not paper, and reaches in broadly from the edge, if by a sleeve like paper."""
     lit = np.where(recalled.known, cv2.medianBlur(recalled.cost(view.lab, shadows=False).clip(0, 60), 5), 0)
     known = recalled.known.astype(np.float32)
@@ -146,11 +145,11 @@ def _arms(view: View, recalled: Recalled) -> Bools:
     return np.asarray(broad & touching_edge(whole, view.seen))
 
 
-def _alike(view: View, core: Bools) -> Bools:
+def _alike(view: ObstacleView, core: Mask) -> Mask:
     """What is joined to the obstacles found so far and has their colours rather than those of table or paper."""
     inner = cv2.erode(core.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     colours = view.lab[inner]
-    if len(colours) < FEWEST:
+    if len(colours) < FEWEST_OBSTACLE_PIXELS:
         return np.zeros(core.shape, bool)
     numbers, _ = cluster(colours[:: max(1, len(colours) // 4000)], SHADES)
     sampled = colours[:: max(1, len(colours) // 4000)].astype(np.float64)
@@ -177,7 +176,7 @@ def _normaliser(covariance: Floats) -> float:
     return 0.5 * float(np.linalg.slogdet(covariance + np.diag(LAB_FLOOR))[1])
 
 
-def _large(mask: Bools, grid: Grid) -> Bools:
+def _large(mask: Mask, grid: Grid) -> Mask:
     """The connected regions of a mask that are large enough to be in the way."""
     _, numbered, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
     large = stats[:, cv2.CC_STAT_AREA] >= SMALLEST_UNKNOWN * grid.pixels_per_unit**2
@@ -185,7 +184,7 @@ def _large(mask: Bools, grid: Grid) -> Bools:
     return np.asarray(large[numbered])
 
 
-def _as_wide_as(width: float, mask: Bools, grid: Grid) -> Bools:
+def _as_wide_as(width: float, mask: Mask, grid: Grid) -> Mask:
     """The parts of a mask that are at least so wide, in sheet units."""
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(width, grid)) > 0)
 
@@ -195,7 +194,7 @@ def _disc(width: float, grid: Grid) -> cv2.typing.MatLike:
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
 
 
-def sleeves(labels: Labels, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
+def sleeves(labels: LabelImage, unknown: Mask, seen: Mask, grid: Grid) -> Mask:
     """Sleeves and hands of the paper's colour, which reach in from the edge of the photo, and thin shadows beside arms.
 
     If the sheet would go with them they are looked for on its front and its back alone; none if there would still be no
@@ -214,7 +213,7 @@ def sleeves(labels: Labels, unknown: Bools, seen: Bools, grid: Grid) -> Bools:
     return np.zeros(paper.shape, bool)
 
 
-def fingertips(table: Bools, hidden: Bools, grid: Grid) -> Bools:
+def fingertips(table: Mask, hidden: Mask, grid: Grid) -> Mask:
     """Narrow parts of the table that touch what is ``hidden`` by an obstacle.
 
     They are fingers or nails of the table's colour, or gaps between fingers: nothing that says where paper ends.
@@ -227,7 +226,7 @@ def fingertips(table: Bools, hidden: Bools, grid: Grid) -> Bools:
     return np.asarray((narrow > 0) & np.isin(numbered, np.unique(numbered[beside])))
 
 
-def touching_edge(mask: Bools, seen: Bools) -> Bools:
+def touching_edge(mask: Mask, seen: Mask) -> Mask:
     """The connected regions of a mask that reach the edge of what the photo covers, as arms do."""
     inner = cv2.copyMakeBorder(seen.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     rim = cv2.erode(inner, np.ones((5, 5), np.uint8))[1:-1, 1:-1] == 0

@@ -6,22 +6,20 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.colours import Image
-from folding_server.vision.grid import Floats, Grid
-from folding_server.vision.mixing import Bools
-from folding_server.vision.photos import Picture
+from folding_server.arrays import Floats, Image, Mask, RgbImage
+from folding_server.vision.grid import Grid
 from folding_server.vision.pose import Pose
 from folding_server.vision.straight import refine_polygon
 
 ROUGHNESS = 0.008
 """Sheet units by which a side may depart from straight before it becomes two."""
-SHORTEST = 0.02
+SHORTEST_SIDE = 0.02
 """Sheet units below which a side is put down to noise."""
 STRAIGHT = 0.006
 """Sheet units from the line between its neighbours within which a corner is put down to noise."""
-SMALLEST = 0.004
+SMALLEST_PIECE = 0.004
 """Area, in sheet units squared, of the smallest piece that has an outline."""
-REACH = 0.012
+EDGE_SEARCH = 0.012
 """Sheet units from the first estimate within which the picture's edge is looked for."""
 _FINE = 3
 
@@ -44,7 +42,7 @@ class Outline:
         return [number for number, shown in enumerate(self.seen) if not shown]
 
 
-def find_outlines(rgb: Picture, pose: Pose, shares: Image, unknown: Bools, grid: Grid) -> tuple[Outline, ...]:
+def find_outlines(rgb: RgbImage, pose: Pose, shares: Image, unknown: Mask, grid: Grid) -> tuple[Outline, ...]:
     """The outlines of all pieces of paper in a photo, largest first.
 
     ``shares`` (rows, cols, 3) and ``unknown`` (rows, cols) are its classes on ``grid``; ``rgb`` is the whole photo.
@@ -59,13 +57,13 @@ def _pieces(paper: Image, grid: Grid) -> list[Floats]:
     size = (paper.shape[1] * _FINE, paper.shape[0] * _FINE)
     fine = (cv2.resize(paper, size, interpolation=cv2.INTER_LINEAR) > 0.5).astype(np.uint8)
     contours, _ = cv2.findContours(fine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    least = SMALLEST * (grid.pixels_per_unit * _FINE) ** 2
+    least = SMALLEST_PIECE * (grid.pixels_per_unit * _FINE) ** 2
     large = [c for c in contours if cv2.contourArea(c) >= least]
     ordered = sorted(large, key=cv2.contourArea, reverse=True)
     return [(c.reshape(-1, 2).astype(np.float64) + 0.5) / _FINE - 0.5 for c in ordered]
 
 
-def _outline(contour: Floats, rgb: Picture, pose: Pose, unknown: Bools, grid: Grid) -> Outline | None:
+def _outline(contour: Floats, rgb: RgbImage, pose: Pose, unknown: Mask, grid: Grid) -> Outline | None:
     corners = _corners(contour, grid)
     if len(corners) < 3:
         return None
@@ -77,16 +75,16 @@ def _outline(contour: Floats, rgb: Picture, pose: Pose, unknown: Bools, grid: Gr
     return Outline(tuple((float(x), float(y)) for x, y in pose.to_plane(refined)), tuple(shown))
 
 
-def _refined(rgb: Picture, pose: Pose, photo: Floats, seen: list[bool]) -> Floats:
+def _refined(rgb: RgbImage, pose: Pose, photo: Floats, seen: list[bool]) -> Floats:
     """Corners in the photo, the sides that are seen brought to its edges."""
-    return refine_polygon(rgb, photo, max(2.5, REACH * pose.pixels_per_unit), fixed=~np.array(seen))
+    return refine_polygon(rgb, photo, max(2.5, EDGE_SEARCH * pose.pixels_per_unit), fixed=~np.array(seen))
 
 
 def _corners(contour: Floats, grid: Grid) -> Floats:
     """The corners (N, 2) of the polygon that a contour approximates, clockwise on screen, in pixels of the grid."""
     start = contour.astype(np.float32).reshape(-1, 1, 2)
     simple = cv2.approxPolyDP(start, ROUGHNESS * grid.pixels_per_unit, closed=True).reshape(-1, 2)
-    corners = _without_short_sides(simple.astype(np.float64), SHORTEST * grid.pixels_per_unit)
+    corners = _without_short_sides(simple.astype(np.float64), SHORTEST_SIDE * grid.pixels_per_unit)
     x, y = corners[:, 0], corners[:, 1]
     twice = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     return corners if twice > 0 else corners[::-1].copy()
@@ -135,7 +133,7 @@ def _without_straight_corners(corners: Floats, seen: list[bool]) -> tuple[Floats
     return kept, [bool(each) for each in shown]
 
 
-def _seen_sides(corners: Floats, unknown: Bools, grid: Grid) -> list[bool]:
+def _seen_sides(corners: Floats, unknown: Mask, grid: Grid) -> list[bool]:
     """Whether less than half of each side lies at something unknown."""
     width = max(3, round(0.03 * grid.pixels_per_unit)) | 1
     near = cv2.dilate(unknown.astype(np.uint8), np.ones((width, width), np.uint8)) > 0

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import RgbImage
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
@@ -13,7 +14,6 @@ from folding_server.vision.comparison import Match
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import UNKNOWN, is_paper
 from folding_server.vision.outline import Outline
-from folding_server.vision.photos import Picture
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import SeenFrame
 
@@ -23,13 +23,13 @@ SEEN = (60, 255, 60)
 WRONG, BESIDE = (255, 40, 0), (255, 255, 255)
 STRIPE = 6
 """Pixels across of the stripes, of both colours in turn, that mark disagreement on paper of any colour."""
-MARGIN = 0.12
+TABLE_MARGIN = 0.12
 """Sheet units of table shown around the paper."""
 
 
 def draw_overlay(
     paper: Paper, seen: SeenFrame, match: Match, size: int = 768, outlines: Sequence[Outline] = ()
-) -> Picture:
+) -> RgbImage:
     """The rectified photo around the paper, longest side ``size`` pixels, RGB.
 
     Where the classes disagree it is hatched red and white; the diagram's silhouette is drawn in magenta, its
@@ -85,7 +85,7 @@ def _window(match: Match, seen: SeenFrame) -> tuple[int, int, int, int]:
     rows, cols = np.nonzero(is_paper(seen.labels) | is_paper(match.predicted))
     if not len(rows):
         return 0, 0, seen.grid.cols, seen.grid.rows
-    margin = round(MARGIN * seen.grid.pixels_per_unit)
+    margin = round(TABLE_MARGIN * seen.grid.pixels_per_unit)
     left, upper = max(0, int(cols.min()) - margin), max(0, int(rows.min()) - margin)
     return (
         left,

@@ -2,11 +2,7 @@
 
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-import numpy.typing as npt
-
-Picture = npt.NDArray[np.uint8]
-"""An RGB picture, (height, width, 3) uint8."""
+from folding_server.arrays import RgbImage
 
 
 class Photos(Protocol):
@@ -32,7 +28,7 @@ class Photos(Protocol):
         """The declared colour of the back: a hint, often a rough one."""
         ...
 
-    def photo(self, frame: int) -> Picture:
+    def photo(self, frame: int) -> RgbImage:
         """One photo at full size. PhotoError if there is no such frame."""
         ...
 
@@ -45,6 +41,6 @@ class Film(Photos, Protocol):
         """Indices of evenly spaced images between photos ``frame`` - 1 and ``frame``, at most ``count``."""
         ...
 
-    def image(self, index: int) -> Picture:
+    def image(self, index: int) -> RgbImage:
         """The image at an index, at full size."""
         ...

@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Floats, Indices
 from folding_server.geometry.convex import Polygon
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.simulator.paper import Paper
-from folding_server.vision.grid import Floats, Grid, Indices
-from folding_server.vision.labels import BACK, FRONT, Labels
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, FRONT, LabelImage
 
 _SHIFT = 6
 _FINE = 4
@@ -26,7 +27,7 @@ _SLIVER = 0.6
 
 def draw_labels(
     polygons: Sequence[Polygon], backs: Sequence[bool], grid: Grid, motion: Isometry = IDENTITY
-) -> Labels:
+) -> LabelImage:
     """The label image of convex folded faces.
 
     ``polygons`` run bottom to top in sheet units, ``backs`` says which lie back up, ``motion`` (an isometry
@@ -35,7 +36,7 @@ def draw_labels(
     return draw_values(polygons, [BACK if back else FRONT for back in backs], grid, motion)
 
 
-def draw_paper(paper: Paper, grid: Grid, motion: Isometry = IDENTITY) -> Labels:
+def draw_paper(paper: Paper, grid: Grid, motion: Isometry = IDENTITY) -> LabelImage:
     """The label image of a folded sheet."""
     order = paper.order
     return draw_labels([paper.polygon(f) for f in order], [paper.back_up(f) for f in order], grid, motion)

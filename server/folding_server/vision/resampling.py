@@ -4,14 +4,12 @@ from math import ceil
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from folding_server.arrays import Image, RgbImage
 from folding_server.vision.grid import Grid
 
-Picture = npt.NDArray[np.uint8] | npt.NDArray[np.float32]
 
-
-def resampled(image: Picture, old: Grid, new: Grid) -> Picture:
+def resampled(image: RgbImage | Image, old: Grid, new: Grid) -> RgbImage | Image:
     """An image (rows, cols) or (rows, cols, channels) of a grid on another over the same plane.
 
     Coarser pixels are the mean of what they cover; outside the old grid the nearest value is taken.

@@ -6,15 +6,15 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.appearance import Palette
+from folding_server.arrays import Image, RgbImage
+from folding_server.vision.appearance import ColourModels
 from folding_server.vision.camera import scales_of
-from folding_server.vision.colours import Image
-from folding_server.vision.grid import REACH, Grid, grid_over
+from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
 from folding_server.vision.inner_lines import inner_lines, strongest_near
-from folding_server.vision.labels import UNKNOWN, Labels, is_paper
+from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
 from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
-from folding_server.vision.photos import Film, Photos, Picture
+from folding_server.vision.photos import Film, Photos
 from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
@@ -24,16 +24,16 @@ from folding_server.vision.table_memory import TableMemory, remember
 Key = TypeVar("Key")
 Value = TypeVar("Value")
 
-FINEST = 160.0
+FINEST_CLASSES = 160.0
 """Pixels per unit at which photos are segmented, at most."""
 FINEST_LINES = 256.0
 """Pixels per unit at which creases and layer edges are looked for, at most."""
 COARSEST = 64.0
 SHARP = 1.8
 """A photo so many times finer than it is segmented shows its borders sharply there."""
-MOST_BETWEEN = 5
+USUAL_BETWEEN = 5
 """Images in between that are looked at unless more are asked for."""
-KEPT = 64
+FRAMES_KEPT = 64
 """Frames kept in memory."""
 
 
@@ -50,8 +50,8 @@ class SeenFrame:
     """
 
     frame: int
-    labels: Labels
-    rgb: Picture
+    labels: LabelImage
+    rgb: RgbImage
     confidence: Image
     edges: Image
     grid: Grid
@@ -69,7 +69,7 @@ class SeenFrame:
 class _Working:
     """A photo at the resolution at which it is segmented."""
 
-    rgb: Picture
+    rgb: RgbImage
     shares: Image
     unknown: npt.NDArray[np.bool_]
     clearness: Image
@@ -82,7 +82,7 @@ class Eyes:
 
     photos: Photos
     pose: Pose
-    palette: Palette
+    palette: ColourModels
     scales: tuple[float, float]
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
     _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
@@ -99,15 +99,17 @@ class Eyes:
         return self.palette.back is not None
 
     def frame(self, number: int, pixels_per_unit: float = 96.0) -> SeenFrame:
-        """A photo's labels on a grid over REACH. PhotoError if there is no such photo."""
+        """A photo's labels on a grid over FIELD_OF_VIEW. PhotoError if there is no such photo."""
         key = (number, pixels_per_unit)
         if key not in self._seen:
-            _drop_oldest(self._seen, 2 * KEPT)
-            self._seen[key] = self._as_seen(number, self._look(number), grid_over(pixels_per_unit, REACH))
+            _drop_oldest(self._seen, 2 * FRAMES_KEPT)
+            self._seen[key] = self._as_seen(
+                number, self._look(number), grid_over(pixels_per_unit, FIELD_OF_VIEW)
+            )
         return self._seen[key]
 
     def between(
-        self, number: int, pixels_per_unit: float = 64.0, count: int = MOST_BETWEEN
+        self, number: int, pixels_per_unit: float = 64.0, count: int = USUAL_BETWEEN
     ) -> tuple[SeenFrame, ...]:
         """Up to ``count`` of the images between photos ``number`` - 1 and ``number``, in order, seen like photos.
 
@@ -119,16 +121,16 @@ class Eyes:
             return ()
         key = (number, pixels_per_unit, count)
         if key not in self._between:
-            _drop_oldest(self._between, KEPT // 8)
+            _drop_oldest(self._between, FRAMES_KEPT // 8)
             images = [self.photos.image(i) for i in self.photos.between(number, count)]
-            grid = grid_over(pixels_per_unit, REACH)
+            grid = grid_over(pixels_per_unit, FIELD_OF_VIEW)
             self._between[key] = tuple(
                 self._as_seen(number, self._segmented(image, lines=False), grid) for image in images
             )
         return self._between[key]
 
     def closely(self, number: int) -> SeenFrame:
-        """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST."""
+        """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST_CLASSES."""
         seen = self.frame(number, _finest_grid(self.pose).pixels_per_unit)
         rgb, _ = self.pose.rectify(self.photos.photo(number), seen.grid)
         return replace(seen, rgb=rgb)
@@ -141,11 +143,11 @@ class Eyes:
 
     def _look(self, number: int) -> _Working:
         if number not in self._working:
-            _drop_oldest(self._working, KEPT)
+            _drop_oldest(self._working, FRAMES_KEPT)
             self._working[number] = self._segmented(self.photos.photo(number))
         return self._working[number]
 
-    def _segmented(self, photo: Picture, *, lines: bool = True) -> _Working:
+    def _segmented(self, photo: RgbImage, *, lines: bool = True) -> _Working:
         grid = _working_grid(self.pose)
         rgb, seen = self.pose.rectify(photo, grid)
         mixed = 1 if self.pose.pixels_per_unit > SHARP * grid.pixels_per_unit else 2
@@ -154,7 +156,7 @@ class Eyes:
         edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
         return _Working(rgb, found.shares, found.unknown, found.clearness, edges)
 
-    def _lines(self, photo: Picture, found: Segmented) -> Image:
+    def _lines(self, photo: RgbImage, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
         old, grid = _working_grid(self.pose), _finest_grid(self.pose)
         rgb, _ = self.pose.rectify(photo, grid)
@@ -189,12 +191,12 @@ def see_sequence(photos: Photos) -> Eyes:
 
 def _working_grid(pose: Pose) -> Grid:
     """The grid on which photos are segmented."""
-    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST)), REACH)
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_CLASSES)), FIELD_OF_VIEW)
 
 
 def _finest_grid(pose: Pose) -> Grid:
     """The grid on which lines are looked for."""
-    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_LINES)), REACH)
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_LINES)), FIELD_OF_VIEW)
 
 
 def _drop_oldest(kept: dict[Key, Value], limit: int) -> None:

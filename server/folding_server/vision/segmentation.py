@@ -6,15 +6,15 @@ from functools import reduce
 import cv2
 import numpy as np
 
+from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.vision.adapting import adapt
-from folding_server.vision.appearance import Palette
-from folding_server.vision.colours import Image, to_lab
+from folding_server.vision.appearance import ColourModels
+from folding_server.vision.colours import to_lab
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import BACKGROUND, Labels, is_paper
-from folding_server.vision.mixing import Bools, class_lights, mixtures
-from folding_server.vision.obstacles import View, fingertips, obstacles, sleeves
-from folding_server.vision.photos import Picture
-from folding_server.vision.specks import SMALLEST_REGION, Evidence, with_thin_parts, without_specks
+from folding_server.vision.labels import BACKGROUND, LabelImage, is_paper
+from folding_server.vision.mixing import class_lights, mixtures
+from folding_server.vision.obstacles import ObstacleView, fingertips, obstacles, sleeves
+from folding_server.vision.specks import SMALLEST_REGION, ClassEvidence, with_thin_parts, without_specks
 from folding_server.vision.table_memory import TableMemory, recall
 
 SURROUNDED = 0.9
@@ -30,20 +30,20 @@ class Segmented:
     """
 
     shares: Image
-    unknown: Bools
+    unknown: Mask
     clearness: Image
 
 
-def smoothed_lab(rgb: Picture) -> Image:
+def smoothed_lab(rgb: RgbImage) -> Image:
     """The picture in Lab, its finest noise smoothed away."""
     return to_lab(np.asarray(cv2.GaussianBlur(rgb, (3, 3), 0), np.uint8))
 
 
 def segment(
-    rgb: Picture,
-    seen: Bools,
+    rgb: RgbImage,
+    seen: Mask,
     grid: Grid,
-    palette: Palette,
+    palette: ColourModels,
     memory: TableMemory | None = None,
     *,
     mixed: int = 1,
@@ -57,7 +57,7 @@ def segment(
     costs = class_costs(lab, grid, tuned)
     if recalled is not None:
         costs[..., 0] = np.where(recalled.known, recalled.cost(lab), costs[..., 0])
-    hidden = obstacles(View(lab, rgb, costs, seen, grid, tuned, recalled))
+    hidden = obstacles(ObstacleView(lab, rgb, costs, seen, grid, tuned, recalled))
     unknown = hidden | ~seen
     shares = _smooth(costs)
     labels = shares.argmax(axis=-1).astype(np.uint8)
@@ -66,7 +66,7 @@ def segment(
     unknown |= fingertips(np.asarray((labels == BACKGROUND) & ~unknown), hidden, grid)
     unknown |= sleeves(labels, unknown, seen, grid)
     lights = class_lights(labels, unknown, rgb, tuned.looks, grid, mixed)
-    evidence = Evidence(lab, costs, lights, tuned.looks)
+    evidence = ClassEvidence(lab, costs, lights, tuned.looks)
     labels = with_thin_parts(labels, unknown, evidence)
     if memory is not None:
         labels[memory.like_marks(lab, labels, grid)] = BACKGROUND
@@ -77,14 +77,14 @@ def segment(
     return Segmented(shares, unknown, _clearness(costs, labels))
 
 
-def _clearness(costs: Image, labels: Labels) -> Image:
+def _clearness(costs: Image, labels: LabelImage) -> Image:
     """By how much the class of each pixel is more probable than the next, as its colour alone tells."""
     chosen = np.take_along_axis(costs, labels[..., None].astype(np.intp), -1)
     others = np.where(np.arange(costs.shape[-1]) == labels[..., None], np.float32(np.inf), costs)
     return np.asarray(np.tanh(np.clip(others.min(axis=-1) - chosen[..., 0], 0, 20) / 2), np.float32)
 
 
-def class_costs(lab: Image, grid: Grid, palette: Palette) -> Image:
+def class_costs(lab: Image, grid: Grid, palette: ColourModels) -> Image:
     """The cost of each class at each pixel, (rows, cols, 2 or 3)."""
     return np.stack([look.cost(lab, grid) for look in palette.looks], axis=-1)
 
@@ -106,7 +106,7 @@ def _softmax(energies: Image) -> Image:
     return np.stack([plane / total for plane in raised], axis=-1)
 
 
-def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
+def _one_sheet(labels: LabelImage, unknown: Mask, grid: Grid) -> Mask:
     """Paper colour that is no sheet: not joined to the largest piece, even under what hides it, or a speck there, or a part
     of a sleeve.
     """
@@ -124,9 +124,7 @@ def _one_sheet(labels: Labels, unknown: Bools, grid: Grid) -> Bools:
     return np.asarray(paper & (apart | none[pieces]))
 
 
-def _hemmed_in(
-    paper: Bools, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Bools
-) -> Bools:
+def _hemmed_in(paper: Mask, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Mask) -> Mask:
     """Which of the numbered pieces, other than the largest, are nearly surrounded by what is unknown."""
     count = len(areas)
     around = cv2.dilate(numbered.astype(np.uint16), np.ones((3, 3), np.uint8)) * ~paper
@@ -137,8 +135,8 @@ def _hemmed_in(
 
 
 def _specks_beside(
-    paper: Bools, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Bools, grid: Grid
-) -> Bools:
+    paper: Mask, numbered: cv2.typing.MatLike, areas: cv2.typing.MatLike, unknown: Mask, grid: Grid
+) -> Mask:
     """Which of the numbered pieces are too small to believe and touch something unknown."""
     beside = cv2.dilate(unknown.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     touching = np.zeros(len(areas), bool)

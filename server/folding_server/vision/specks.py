@@ -8,15 +8,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Image, Mask
 from folding_server.vision.appearance import Look, pixel_cost
-from folding_server.vision.colours import Image, lab_to_linear, linear_to_lab
+from folding_server.vision.colours import lab_to_linear, linear_to_lab
 from folding_server.vision.grid import Grid
-from folding_server.vision.labels import Labels
-from folding_server.vision.mixing import CLASSES, Bools
+from folding_server.vision.labels import LabelImage
+from folding_server.vision.mixing import CLASSES
 
 SMALLEST_REGION = 0.0012
 """Area, in sheet units squared, of the smallest region that is believed without further evidence."""
-THIN = 3
+THINNEST_REGION = 3
 """Pixels across below which a region may be nothing but the blurred border of two others, however long it is."""
 EVIDENCE = 30.0
 """Nats, over all its pixels, by which a smaller region must be better explained with its class than without."""
@@ -26,15 +27,15 @@ CHANCE = 2.0
 """Nats by which a pixel may be better explained by chance."""
 MOST_PER_PIXEL = 8.0
 """Nats that one pixel can give, or take, at most."""
-DOUBTFUL, CLEARLY = 8.0, 6.0
+DOUBTED_COST, CLEARLY = 8.0, 6.0
 """Cost of a pixel's class from which another one is tried, and by how many nats that must be better."""
-REACH = 5
+CLASS_NEIGHBOURHOOD = 5
 """Pixels across of the neighbourhood whose classes may explain a pixel otherwise."""
-Ints = npt.NDArray[np.signedinteger]
+RegionNumbers = npt.NDArray[np.signedinteger]
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ClassEvidence:
     """What tells small regions: the picture in Lab, each class's cost (rows, cols, classes), light (3, rows, cols,
     3) and look.
     """
@@ -45,14 +46,14 @@ class Evidence:
     looks: tuple[Look, ...]
 
 
-def with_thin_parts(labels: Labels, unknown: Bools, evidence: Evidence) -> Labels:
+def with_thin_parts(labels: LabelImage, unknown: Mask, evidence: ClassEvidence) -> LabelImage:
     """Pixels of the paper that only a side which is not near explains, alone or for the most part, take that side.
 
     Smoothing loses parts of the other side that are a pixel or two wide.
     """
     near = _near(labels, unknown)
     own = np.take_along_axis(evidence.costs, np.minimum(labels, evidence.costs.shape[-1] - 1)[..., None], -1)
-    doubtful = (own[..., 0] > DOUBTFUL) & (near[..., 1:].max(axis=-1) > 0) & ~unknown
+    doubtful = (own[..., 0] > DOUBTED_COST) & (near[..., 1:].max(axis=-1) > 0) & ~unknown
     rows, cols = np.nonzero(doubtful)
     if not len(rows):
         return labels
@@ -66,20 +67,22 @@ def with_thin_parts(labels: Labels, unknown: Bools, evidence: Evidence) -> Label
     return restored
 
 
-def _near(labels: Labels, unknown: Bools) -> npt.NDArray[np.uint8]:
+def _near(labels: LabelImage, unknown: Mask) -> npt.NDArray[np.uint8]:
     """Which classes there are around each pixel, (rows, cols, 3)."""
     own = np.stack([(labels == k) & ~unknown for k in CLASSES], axis=-1).astype(np.uint8)
-    return np.asarray(cv2.dilate(own, np.ones((REACH, REACH), np.uint8)), np.uint8)
+    return np.asarray(
+        cv2.dilate(own, np.ones((CLASS_NEIGHBOURHOOD, CLASS_NEIGHBOURHOOD), np.uint8)), np.uint8
+    )
 
 
-def without_specks(labels: Labels, unknown: Bools, grid: Grid, evidence: Evidence) -> Labels:
+def without_specks(labels: LabelImage, unknown: Mask, grid: Grid, evidence: ClassEvidence) -> LabelImage:
     """Regions too small or too thin to believe take the class that surrounds them."""
     smallest = SMALLEST_REGION * grid.pixels_per_unit**2
     specks = np.zeros(labels.shape, bool)
     for value in range(len(evidence.looks)):
         own = ((labels == value) & ~unknown).astype(np.uint8)
         _, numbered, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=4)
-        thick = cv2.erode(own, np.ones((THIN, THIN), np.uint8), borderValue=1)
+        thick = cv2.erode(own, np.ones((THINNEST_REGION, THINNEST_REGION), np.uint8), borderValue=1)
         thickness = np.bincount(numbered[thick > 0], minlength=len(stats))
         small = np.flatnonzero((stats[:, cv2.CC_STAT_AREA] < smallest) | (thickness == 0))
         small = small[small > 0]
@@ -89,7 +92,7 @@ def without_specks(labels: Labels, unknown: Bools, grid: Grid, evidence: Evidenc
     return fill(labels, specks)
 
 
-def fill(labels: Labels, holes: Bools) -> Labels:
+def fill(labels: LabelImage, holes: Mask) -> LabelImage:
     """Pixels in holes take the class of the nearest pixel outside."""
     if not holes.any() or holes.all():
         return labels
@@ -102,8 +105,13 @@ def fill(labels: Labels, holes: Bools) -> Labels:
 
 
 def _believed(
-    numbered: Ints, small: Ints, value: int, labels: Labels, unknown: Bools, evidence: Evidence
-) -> Ints:
+    numbered: RegionNumbers,
+    small: RegionNumbers,
+    value: int,
+    labels: LabelImage,
+    unknown: Mask,
+    evidence: ClassEvidence,
+) -> RegionNumbers:
     """Those of the small regions of a class that the picture speaks for."""
     rows, cols = np.nonzero(np.isin(numbered, small))
     near = _near(labels, unknown)[rows, cols]
@@ -116,7 +124,14 @@ def _believed(
     return np.asarray([i for i in small if total[i] >= needed[i]], np.int32)
 
 
-def _gains(rows: Ints, cols: Ints, near: Bools, value: int, evidence: Evidence, least: float = 0.0) -> Image:
+def _gains(
+    rows: RegionNumbers,
+    cols: RegionNumbers,
+    near: Mask,
+    value: int,
+    evidence: ClassEvidence,
+    least: float = 0.0,
+) -> Image:
     """By how many nats each pixel (N,) is better explained with a class than by the others near it (N, 3).
 
     ``least`` is the least share of the pixel that the class must have.

@@ -8,20 +8,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import ByteMask, Floats, Image, RgbImage
 from folding_server.errors import PhotoError
-from folding_server.vision.colours import Image, cluster, skin, to_lab
-from folding_server.vision.grid import Floats
-from folding_server.vision.photos import Picture
+from folding_server.vision.colours import cluster, skin, to_lab
 from folding_server.vision.straight import edge_support, line_support, refine_polygon
 from folding_server.vision.surfaces import fit_surface
-
-Mask = npt.NDArray[np.uint8]
 
 WORKING_SIDE = 400
 """Longest side, in pixels, of the picture in which the sheet is looked for."""
 QUAD_IOU = 0.955
 """How well four straight sides must cover the shape."""
-SMALLEST = 0.012
+LEAST_PICTURE_SHARE = 0.012
 """Share of the picture that the sheet must fill."""
 NOT_SQUARE = 0.14
 """Relative difference of the sides, and cosine of the corners, that still counts as a square."""
@@ -37,7 +34,7 @@ STEEPEST = 0.72
 class Shape:
     """One region that may be the sheet: a filled ``mask`` (rows, cols), and the best four sides about it."""
 
-    mask: Mask
+    mask: ByteMask
     solid: float
     quad: Floats | None
     quad_iou: float
@@ -49,7 +46,7 @@ class Shape:
         return int(self.mask.sum())
 
 
-def find_square(rgb: Picture, where: str) -> Floats:
+def find_square(rgb: RgbImage, where: str) -> Floats:
     """The four corners (4, 2) of the flat sheet in (column, row), clockwise as seen, sub-pixel.
 
     PhotoError with ``where`` and what was seen if there is no flat, fully visible square.
@@ -79,7 +76,7 @@ def _best(shapes: list[Shape]) -> list[Shape]:
     return sorted(_innermost(quads), key=lambda s: (round(s.quad_iou, 2), s.area), reverse=True)
 
 
-def _enclosed(lab: Image) -> Iterator[Mask]:
+def _enclosed(lab: Image) -> Iterator[ByteMask]:
     """Masks of what an unbroken edge encloses, however faint: a sheet on a table of its own colour."""
     smooth = cv2.GaussianBlur(lab, (0, 0), 1.2)
     steps = np.hypot(cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)).max(axis=-1)
@@ -92,7 +89,7 @@ def _enclosed(lab: Image) -> Iterator[Mask]:
         yield np.asarray(cv2.erode(inside, np.ones((3, 3), np.uint8)), np.uint8)
 
 
-def _differing(lab: Image) -> Iterator[Mask]:
+def _differing(lab: Image) -> Iterator[ByteMask]:
     """Masks of what differs from the table, at several thresholds."""
     difference = table_difference(lab)
     levels = np.clip(difference * 8, 0, 255).astype(np.uint8)
@@ -118,7 +115,7 @@ def table_difference(lab: Image) -> Image:
     return np.asarray(difference, np.float32)
 
 
-def _clusters(lab: Image, count: int) -> Iterator[Mask]:
+def _clusters(lab: Image, count: int) -> Iterator[ByteMask]:
     """One mask for each of ``count`` colour clusters."""
     pixels = lab.reshape(-1, 3)
     _, centres = cluster(pixels[:: max(1, len(pixels) // 8000)], count)
@@ -127,16 +124,16 @@ def _clusters(lab: Image, count: int) -> Iterator[Mask]:
         yield (nearest == number).astype(np.uint8)
 
 
-def _shapes(mask: Mask) -> Iterator[Shape]:
+def _shapes(mask: ByteMask) -> Iterator[Shape]:
     """The larger connected regions of a mask."""
     cleaned = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, numbered, stats, _ = cv2.connectedComponentsWithStats(cleaned, connectivity=4)
     for i in range(1, count):
-        if stats[i, cv2.CC_STAT_AREA] >= SMALLEST * mask.size:
+        if stats[i, cv2.CC_STAT_AREA] >= LEAST_PICTURE_SHARE * mask.size:
             yield _shape((numbered == i).astype(np.uint8))
 
 
-def _shape(region: Mask) -> Shape:
+def _shape(region: ByteMask) -> Shape:
     rows, cols = region.shape
     outline = _outline(region)
     filled = np.asarray(cv2.drawContours(np.zeros_like(region), [outline], -1, 1, cv2.FILLED), np.uint8)
@@ -147,7 +144,7 @@ def _shape(region: Mask) -> Shape:
     return Shape(filled, float(region.sum()) / float(filled.sum()), quad, iou, at_border)
 
 
-def _outline(mask: Mask) -> npt.NDArray[np.int32]:
+def _outline(mask: ByteMask) -> npt.NDArray[np.int32]:
     """The outer contour of the largest region of a mask, (N, 1, 2)."""
     outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     return np.asarray(max(outlines, key=cv2.contourArea), np.int32)
@@ -202,7 +199,7 @@ def _cross(first: Floats | None, second: Floats | None) -> Floats | None:
     return np.asarray(first[2:] + first[:2] * np.linalg.solve(matrix, second[2:] - first[2:])[0], np.float64)
 
 
-def polygon_iou(mask: Mask, polygon: Floats) -> float:
+def polygon_iou(mask: ByteMask, polygon: Floats) -> float:
     """Intersection over union of a mask and a polygon of pixel corners."""
     drawn = np.zeros_like(mask)
     cv2.fillPoly(drawn, [np.rint(polygon * 16).astype(np.int32)], 1, cv2.LINE_8, 4)
@@ -248,7 +245,7 @@ def squareness(corners: Floats, shape: tuple[int, ...]) -> float:
     return float(min(errors, default=1.0))
 
 
-def _what(small: Picture, shapes: list[Shape]) -> str:
+def _what(small: RgbImage, shapes: list[Shape]) -> str:
     """What a photo without a flat square shows, as the rest of a sentence."""
     plain = [s for s in shapes if s.solid > 0.5 and s.area < 0.85 * s.mask.size and not _spread_out(s)]
     if not plain:

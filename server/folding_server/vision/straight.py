@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.colours import Image, to_linear
-from folding_server.vision.grid import Floats
-from folding_server.vision.photos import Picture
+from folding_server.arrays import Floats, Image, RgbImage
+from folding_server.vision.colours import linear_from_table
 
 _STEP = 0.25
 _POSITIONS = 160
@@ -17,7 +16,7 @@ FAINTEST_STEP = 0.012
 
 
 def refine_polygon(
-    rgb: Picture, corners: Floats, reach: float, rounds: int = 3, fixed: npt.NDArray[np.bool_] | None = None
+    rgb: RgbImage, corners: Floats, reach: float, rounds: int = 3, fixed: npt.NDArray[np.bool_] | None = None
 ) -> Floats:
     """Corners (N, 2) in (column, row), moved so that every side lies on an edge of the picture.
 
@@ -34,12 +33,12 @@ def refine_polygon(
     return refined
 
 
-def edge_support(rgb: Picture, corners: Floats) -> float:
+def edge_support(rgb: RgbImage, corners: Floats) -> float:
     """Share of the positions along the weakest side at which the picture has a sharp step there, 0 to 1."""
     return min(_step_share(rgb, corners, i) for i in range(len(corners)))
 
 
-def line_support(rgb: Picture, corners: Floats) -> float:
+def line_support(rgb: RgbImage, corners: Floats) -> float:
     """Share of the positions along the weakest side at which the picture changes there more than beside it, 0 to 1.
 
     A shadow line is enough, whatever lies inside and outside.
@@ -47,7 +46,7 @@ def line_support(rgb: Picture, corners: Floats) -> float:
     return min(_line_share(rgb, corners, i) for i in range(len(corners)))
 
 
-def _line_share(rgb: Picture, corners: Floats, index: int) -> float:
+def _line_share(rgb: RgbImage, corners: Floats, index: int) -> float:
     """The share of one side along which the light varies most across the side itself."""
     start, along, normal = _side(corners, index)
     near = max(3.0, 0.01 * float(np.hypot(*along)))
@@ -60,7 +59,7 @@ def _line_share(rgb: Picture, corners: Floats, index: int) -> float:
     return float(((ranges[1] > 1.3 * beside) & (ranges[1] > FAINTEST_STEP)).mean())
 
 
-def _step_share(rgb: Picture, corners: Floats, index: int) -> float:
+def _step_share(rgb: RgbImage, corners: Floats, index: int) -> float:
     """The share of one side where most of the change from inside to outside happens close to it."""
     start, along, normal = _side(corners, index)
     length = float(np.hypot(*along))
@@ -81,17 +80,17 @@ def _side(corners: Floats, index: int) -> tuple[Floats, Floats, Floats]:
     return start, along, normal if clockwise else -normal
 
 
-def _profiles(rgb: Picture, start: Floats, along: Floats, normal: Floats, depths: Floats) -> Image:
+def _profiles(rgb: RgbImage, start: Floats, along: Floats, normal: Floats, depths: Floats) -> Image:
     """Linear light (positions, depths, 3) at depths, positive outside, for positions along a side."""
     count = int(np.clip(np.hypot(*along) / 1.5, 12, _POSITIONS))
     places = start + np.linspace(0.05, 0.95, count)[:, None] * along
     maps = (places[:, None, :] + depths[None, :, None] * normal).astype(np.float32)
-    return to_linear(
+    return linear_from_table(
         cv2.remap(rgb, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     )
 
 
-def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Floats:
+def _side_line(rgb: RgbImage, corners: Floats, index: int, width: float) -> Floats:
     """The line (nx, ny, offset) of one side; the side itself where the picture shows no edge."""
     start, along, normal = _side(corners, index)
     tilt, shift = (0.0, 0.0) if width == 0 else _fitted_offset(rgb, start, along, normal, width)
@@ -102,7 +101,7 @@ def _side_line(rgb: Picture, corners: Floats, index: int, width: float) -> Float
 
 
 def _fitted_offset(
-    rgb: Picture, start: Floats, along: Floats, normal: Floats, width: float
+    rgb: RgbImage, start: Floats, along: Floats, normal: Floats, width: float
 ) -> tuple[float, float]:
     """How far out the edge lies at the end of a side, less than at its start, and at its start."""
     offsets, weights = _crossings(rgb, start, along, normal, width)
@@ -110,7 +109,7 @@ def _fitted_offset(
 
 
 def _crossings(
-    rgb: Picture, start: Floats, along: Floats, normal: Floats, width: float
+    rgb: RgbImage, start: Floats, along: Floats, normal: Floats, width: float
 ) -> tuple[Floats, Floats]:
     """For positions along a side, how far out the change lies, and how much it can be trusted."""
     depths = np.arange(-width, width + _STEP / 2, _STEP)

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.grid import Floats
+from folding_server.arrays import Floats
 
-Bools = npt.NDArray[np.bool_]
 _TERMS = {0: 1, 1: 3, 2: 6}
 _SAMPLES = 12_000
 _ROUNDS = 5

@@ -8,14 +8,13 @@ from itertools import product
 import cv2
 import numpy as np
 
+from folding_server.arrays import Floats, Image, Mask
 from folding_server.vision.appearance import Look, coordinates, pixel_cost, shaded_distance
-from folding_server.vision.colours import Image
-from folding_server.vision.grid import Floats, Grid
-from folding_server.vision.labels import BACK, FRONT, Labels
-from folding_server.vision.mixing import Bools
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, FRONT, LabelImage
 from folding_server.vision.surfaces import Surface, fit_surface
 
-AROUND = 0.025
+SHADOW_MARGIN = 0.025
 """Sheet units about the flat sheet that are left out: its shadow lies there."""
 BETTER = 0.75
 """Share of the smooth surface's residual that the memory's may have, to be of use."""
@@ -25,7 +24,7 @@ WIDEST_MARK, MARK_COST = 0.03, 9.0
 """Width of a mark in sheet units, and cost of its colour, at most."""
 STEADYING = 0.03
 """Width, in sheet units, over which departures from the memory are averaged: noise and grain even out."""
-FARTHEST = 3
+LARGEST_CAMERA_SHIFT = 3
 """Pixels by which the camera may have moved the table between photos."""
 
 
@@ -37,10 +36,10 @@ class TableMemory:
     """
 
     lab: Image
-    known: Bools
+    known: Mask
     marks: Surface | None
 
-    def like_marks(self, lab: Image, labels: Labels, grid: Grid) -> Bools:
+    def like_marks(self, lab: Image, labels: LabelImage, grid: Grid) -> Mask:
         """Thin parts of what was taken for a side of the paper that may as well be marks on the table."""
         thin = np.zeros(labels.shape, bool)
         if self.marks is None:
@@ -64,7 +63,7 @@ class Recalled:
 
     expected: Image
     covariance: Floats
-    known: Bools
+    known: Mask
     departure: Image
 
     def cost(self, lab: Image, shadows: bool = True) -> Image:
@@ -76,23 +75,25 @@ class Recalled:
         return shaded_distance(lab, self.expected)
 
 
-def remember(lab: Image, seen: Bools, grid: Grid, table: Look) -> TableMemory:
+def remember(lab: Image, seen: Mask, grid: Grid, table: Look) -> TableMemory:
     """The memory of the first photo, where the flat sheet is the unit square."""
     x, y = np.meshgrid(*coordinates(grid))
-    known = (np.maximum(np.abs(x), np.abs(y)) * 1.3 > 0.5 + AROUND) & seen
+    known = (np.maximum(np.abs(x), np.abs(y)) * 1.3 > 0.5 + SHADOW_MARGIN) & seen
     marked = known & (table.cost(lab, grid) > UNLIKE_TABLE)
     drawn = marked.sum() > FEWEST_MARKS * known.sum()
     marks = fit_surface(x[marked], y[marked], lab[marked].astype(np.float64), 1) if drawn else None
     return TableMemory(lab, np.asarray(known), marks)
 
 
-def recall(memory: TableMemory, lab: Image, seen: Bools, grid: Grid, table: Look) -> Recalled | None:
+def recall(memory: TableMemory, lab: Image, seen: Mask, grid: Grid, table: Look) -> Recalled | None:
     """What a photo would show of the remembered table; None if that tells no more than a smooth surface."""
     known = memory.known & seen
     step = max(1, round(grid.pixels_per_unit / 48))
     x, y = np.meshgrid(*coordinates(grid))
     sample = np.zeros(known.shape, bool)
-    sample[FARTHEST:-FARTHEST:step, FARTHEST:-FARTHEST:step] = True
+    sample[
+        LARGEST_CAMERA_SHIFT:-LARGEST_CAMERA_SHIFT:step, LARGEST_CAMERA_SHIFT:-LARGEST_CAMERA_SHIFT:step
+    ] = True
     sample &= known
     if sample.sum() < 200:
         return None
@@ -112,7 +113,7 @@ def recall(memory: TableMemory, lab: Image, seen: Bools, grid: Grid, table: Look
     return Recalled(np.asarray(expected, np.float32), covariance, known, departure)
 
 
-def _departure(difference: Image, known: Bools, grid: Grid) -> Image:
+def _departure(difference: Image, known: Mask, grid: Grid) -> Image:
     """The length of the mean difference (rows, cols, 3) around each known pixel."""
     side = max(3, round(STEADYING * grid.pixels_per_unit)) | 1
     weight = known.astype(np.float32)
@@ -122,12 +123,12 @@ def _departure(difference: Image, known: Bools, grid: Grid) -> Image:
 
 
 def _registered(
-    remembered: Image, sample: Bools, x: Floats, y: Floats, own: Floats
+    remembered: Image, sample: Mask, x: Floats, y: Floats, own: Floats
 ) -> tuple[tuple[int, int], Surface]:
     """The whole shift (rows, cols) and change of light with which memory explains samples (N, 3) best."""
     rows, cols = np.nonzero(sample)
     best: tuple[float, tuple[int, int], Floats] | None = None
-    for down, right in product(range(-FARTHEST, FARTHEST + 1), repeat=2):
+    for down, right in product(range(-LARGEST_CAMERA_SHIFT, LARGEST_CAMERA_SHIFT + 1), repeat=2):
         difference = own - remembered[rows - down, cols - right]
         spread = float(np.median(np.linalg.norm(difference - np.median(difference, axis=0), axis=1)))
         if best is None or spread < best[0]:

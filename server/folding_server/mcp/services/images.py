@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 from folding_server.simulator import Paper
 
 if TYPE_CHECKING:
-    from folding_server.frames.image_files import Picture, Rgb
+    from folding_server.arrays import RgbImage
+    from folding_server.frames.image_files import EncodedImage
     from folding_server.frames.sequences import Sequence
     from folding_server.store.views import RunView
 
@@ -28,16 +29,18 @@ def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int
     return draw_svg(paper, colors_of(run.front_color, run.back_color), labels, size)
 
 
-def diagram(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> "Picture":
+def diagram(
+    run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE
+) -> "EncodedImage":
     """A paper in the colours of its run, as PNG."""
     from folding_server.diagram.rasterise import rasterise  # noqa: PLC0415
-    from folding_server.frames.image_files import Picture  # noqa: PLC0415
+    from folding_server.frames.image_files import EncodedImage  # noqa: PLC0415
 
     png = rasterise(diagram_svg(run, paper, labels=labels, size=size), size)
-    return Picture(png, "image/png", size, size)
+    return EncodedImage(png, "image/png", size, size)
 
 
-def photo_beside_others(photos: "Sequence", frame: int) -> "Picture":
+def photo_beside_others(photos: "Sequence", frame: int) -> "EncodedImage":
     """A keyframe's photo, small enough to travel with three more pictures.
 
     PhotoError if there is no such frame.
@@ -48,7 +51,9 @@ def photo_beside_others(photos: "Sequence", frame: int) -> "Picture":
     return encode_for_model(pixels, MODEL_SIDE, PHOTO_BESIDE_OTHERS)
 
 
-def overview(photos: ListOf["Rgb"], diagrams: ListOf["Picture | None"], captions: ListOf[str]) -> "Picture":
+def overview(
+    photos: ListOf["RgbImage"], diagrams: ListOf["EncodedImage | None"], captions: ListOf[str]
+) -> "EncodedImage":
     """Photos above, diagrams below (blank where there is none), as one JPEG that a model can read."""
     from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
     from folding_server.frames.panels import columns  # noqa: PLC0415
@@ -57,7 +62,7 @@ def overview(photos: ListOf["Rgb"], diagrams: ListOf["Picture | None"], captions
     return encode_for_model(panel, max(panel.shape))
 
 
-def _pixels(drawn: "Picture | None") -> "Rgb":
+def _pixels(drawn: "EncodedImage | None") -> "RgbImage":
     """The pixels of a diagram; a light blank where there is none."""
     import numpy as np  # noqa: PLC0415
 

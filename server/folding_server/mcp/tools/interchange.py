@@ -11,7 +11,7 @@ from folding_server.mcp.parameters import RunId
 from folding_server.mcp.results import call_tool_result
 
 if TYPE_CHECKING:
-    from folding_server.frames.image_files import Picture
+    from folding_server.frames.image_files import EncodedImage
 
 Format = Annotated[
     ExportFormat,
@@ -38,9 +38,9 @@ def export_state(
     return call_tool_result(f"{file.filename} ({file.media_type}).", exported, *pictures)
 
 
-def _picture(png: bytes) -> "Picture":
+def _picture(png: bytes) -> "EncodedImage":
     """A PNG to send."""
-    from folding_server.frames.image_files import Picture, decode_bytes  # noqa: PLC0415
+    from folding_server.frames.image_files import EncodedImage, decode_bytes  # noqa: PLC0415
 
     height, width = decode_bytes(png, "the export").shape[:2]
-    return Picture(png, "image/png", width, height)
+    return EncodedImage(png, "image/png", width, height)

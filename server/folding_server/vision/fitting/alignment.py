@@ -7,11 +7,11 @@ from math import atan2, cos, degrees, exp, hypot, radians, sin
 
 import numpy as np
 
+from folding_server.arrays import Floats, Image
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
-from folding_server.vision.fitting.scene import Image, Scene, Stack, soft
-from folding_server.vision.grid import Floats
-from folding_server.vision.labels import Labels
+from folding_server.vision.fitting.scene import FaceStack, Scene, soft
+from folding_server.vision.labels import LabelImage
 
 Vector = tuple[float, ...]
 
@@ -125,7 +125,7 @@ def _moved(vector: Vector, i: int, step: float) -> Vector:
 
 
 def descend(
-    drawn: Callable[[Vector], Labels], scene: Scene, start: Vector, steps: Sequence[float], blur: float
+    drawn: Callable[[Vector], LabelImage], scene: Scene, start: Vector, steps: Sequence[float], blur: float
 ) -> Vector:
     """The vector near ``start`` whose drawing differs least from the photo, both blurred, by damped least squares.
 
@@ -160,18 +160,18 @@ def descend(
 
 
 def _slope(
-    drawn: Callable[[Vector], Labels], here: Vector, i: int, step: float, blur: float, weight: Image
+    drawn: Callable[[Vector], LabelImage], here: Vector, i: int, step: float, blur: float, weight: Image
 ) -> Image:
     """Half the change of the blurred drawing from one step below to one step above a coordinate, flattened."""
     up, down = soft(drawn(_moved(here, i, step)), blur), soft(drawn(_moved(here, i, -step)), blur)
     return np.asarray(((up - down) * (0.5 * weight)).ravel())
 
 
-def align(stack: Stack, scene: Scene, start: Isometry, freedom: Freedom) -> Aligned:
+def align(stack: FaceStack, scene: Scene, start: Isometry, freedom: Freedom) -> Aligned:
     """The motion near ``start`` under which a stack explains the scene best."""
     pivot = stack.center
 
-    def drawn(nudge: Vector) -> Labels:
+    def drawn(nudge: Vector) -> LabelImage:
         return scene.draw(stack, nudged(start, pivot, nudge))
 
     def value(nudge: Vector) -> float:
@@ -184,7 +184,7 @@ def align(stack: Stack, scene: Scene, start: Isometry, freedom: Freedom) -> Alig
 
 
 def polished(
-    drawn: Callable[[Vector], Labels],
+    drawn: Callable[[Vector], LabelImage],
     value: Callable[[Vector], float],
     scene: Scene,
     start: Vector,

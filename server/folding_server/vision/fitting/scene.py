@@ -6,20 +6,14 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from folding_server.arrays import Image, Indices, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
-from folding_server.vision.grid import Grid, Indices
-from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Labels, as_one_colour, is_paper
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels
-
-Mask = npt.NDArray[np.bool_]
-
-
-Image = npt.NDArray[np.float32]
-
 
 _AROUND, _SMOOTH = 0.04, 0.7
 """How far around a place (sheet units) the light is taken to be the same, and how far pixels are smoothed."""
@@ -32,7 +26,7 @@ def spread_over(mask: Mask, most: int) -> tuple[Indices, Indices]:
     return rows[keep], cols[keep]
 
 
-def soft(labels: Labels, blur: float) -> Image:
+def soft(labels: LabelImage, blur: float) -> Image:
     """A label image as two blurred maps, how much front and how much back there is near each pixel, (2, rows, cols)."""
     size = 2 * int(2 * blur + 0.5) + 1
     return np.stack(
@@ -41,7 +35,7 @@ def soft(labels: Labels, blur: float) -> Image:
 
 
 @dataclass(frozen=True)
-class Stack:
+class FaceStack:
     """Faces to paint, bottom to top: folded outlines in sheet units and whether each lies back up."""
 
     outlines: Sequence[Sequence[Point]]
@@ -55,9 +49,9 @@ class Stack:
         return float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2
 
 
-def stack_of(paper: Paper) -> Stack:
+def face_stack(paper: Paper) -> FaceStack:
     """All faces of a paper as they lie."""
-    return Stack([paper.polygon(f) for f in paper.order], [paper.back_up(f) for f in paper.order])
+    return FaceStack([paper.polygon(f) for f in paper.order], [paper.back_up(f) for f in paper.order])
 
 
 @dataclass(frozen=True)
@@ -70,7 +64,7 @@ class Scene:
     """
 
     grid: Grid
-    labels: Labels
+    labels: LabelImage
     two_coloured: bool = True
     edges: Image | None = None
     sight: float = 1.0
@@ -83,18 +77,18 @@ class Scene:
         object.__setattr__(self, "known", self.labels != UNKNOWN)
         object.__setattr__(self, "paper", is_paper(self.labels))
 
-    def draw(self, stack: Stack, motion: Isometry) -> Labels:
+    def draw(self, stack: FaceStack, motion: Isometry) -> LabelImage:
         """What a stack would look like here, in the classes that the photo can tell apart."""
         drawn = draw_labels(stack.outlines, stack.backs, self.grid, motion)
         return drawn if self.two_coloured else as_one_colour(drawn)
 
-    def agreement_of(self, drawn: Labels) -> float:
+    def agreement_of(self, drawn: LabelImage) -> float:
         """Share of the known pixels showing paper, in the photo or the drawing, whose class agrees; 0 to 1."""
         either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
         wrong = int(np.count_nonzero((drawn != self.labels) & self.known))
         return max(0.0, 1.0 - wrong / max(either, 1))
 
-    def agreement(self, stack: Stack, motion: Isometry) -> float:
+    def agreement(self, stack: FaceStack, motion: Isometry) -> float:
         """How well a stack under a motion explains the photo, 0 to 1."""
         return self.agreement_of(self.draw(stack, motion))
 

@@ -8,9 +8,10 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
+from folding_server.arrays import Floats
 from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
-from folding_server.vision.solver.lines import Floats, Lines, distinct_lines, distinct_points, edge_lines
+from folding_server.vision.solver.lines import Lines, distinct_lines, distinct_points, edge_lines
 
 TURN = 0.03
 """Radians by which a found line may miss a direction that is meant."""

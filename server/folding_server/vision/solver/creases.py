@@ -6,7 +6,7 @@ from math import dist
 from folding_server.geometry.line import Line, Point, line_through
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 
-SHORTEST = 0.05
+LEAST_HALF_LENGTH = 0.05
 """The ends by which a crease is moved are at least twice this far apart (sheet units)."""
 
 
@@ -48,12 +48,12 @@ def handles_of(leaves: Leaves, moving: MovingSet) -> tuple[Point, Point]:
                 x, y = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
                 along.append(line.ny * x - line.nx * y)
     low, high = (min(along), max(along)) if along else (-0.5, 0.5)
-    if high - low < SHORTEST:
-        low, high = low - SHORTEST, high + SHORTEST
+    if high - low < LEAST_HALF_LENGTH:
+        low, high = low - LEAST_HALF_LENGTH, high + LEAST_HALF_LENGTH
     return _on(line, low), _on(line, high)
 
 
-def middle(p: Point, q: Point) -> Point:
+def midpoint(p: Point, q: Point) -> Point:
     """Half way between two points."""
     return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
 

@@ -10,27 +10,27 @@ from functools import cached_property, reduce
 import cv2
 import numpy as np
 
+from folding_server.arrays import Floats, Image, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.state_diff import origins
 from folding_server.vision.borders import Borders, value_of, visible_borders
 from folding_server.vision.fitting.alignment import inverse_of
-from folding_server.vision.fitting.scene import Image, Mask, Scene
-from folding_server.vision.grid import Floats
-from folding_server.vision.labels import Labels
+from folding_server.vision.fitting.scene import Scene
+from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.faint_lines import FaintLines, averages
 
 MATCH = 1
 """Pixels by which a border may move and be the same."""
-REACH = 2
+BORDER_REACH = 2
 """Pixels around a border that came or went within which things look different."""
 CLOSE = 3
 """Pixels from another border within which a border that came or went need not look different."""
-NOISE = (3.0, 8.0)
+CLEAR_DIFFERENCE = (3.0, 8.0)
 """Differences of so many times the usual one begin to count, and count in full."""
-LEAST_NOISE = 0.25
+LEAST_USUAL_DIFFERENCE = 0.25
 """The usual difference of lightness (0 to 255) is at least this."""
-FAINT = 0.2
+LEAST_SHARP_SHARE = 0.2
 """If pixels by themselves show less of what looks different than so, it is looked for along lines."""
 ACROSS = 3.0
 """Pixels across the trace that a border leaves."""
@@ -70,7 +70,7 @@ class Differences:
         return old, self.after.detail
 
     @cached_property
-    def _now(self) -> Labels:
+    def _now(self) -> LabelImage:
         """The class of the paper in the later photo where it is of one colour all around, else 0."""
         return _sound(self.after)
 
@@ -82,8 +82,8 @@ class Differences:
 
     @cached_property
     def shown(self) -> Image:
-        """The trace, widened by REACH."""
-        return np.asarray(cv2.dilate(self.trace, square(REACH)), np.float32)
+        """The trace, widened by BORDER_REACH."""
+        return np.asarray(cv2.dilate(self.trace, square(BORDER_REACH)), np.float32)
 
     @cached_property
     def judged(self) -> Mask:
@@ -101,7 +101,7 @@ class Differences:
         """
         new = visible_borders(folded, self.after.grid, self.now)
         came, went = new.all & ~near(self.borders.all, MATCH), self.borders.all & ~near(new.all, MATCH)
-        strange = self.trace[~near(came | went | self._changed(folded, new.topmost), REACH)].sum()
+        strange = self.trace[~near(came | went | self._changed(folded, new.topmost), BORDER_REACH)].sum()
         layers = (came & new.layers & ~near(self.borders.all, CLOSE)) | (
             went & self.borders.layers & ~near(new.all, CLOSE)
         )
@@ -119,7 +119,7 @@ class Differences:
     def _faint(self) -> FaintLines | None:
         return FaintLines(*self._details, self._same) if self._details else None
 
-    def _changed(self, folded: Paper, topmost: Labels) -> Mask:
+    def _changed(self, folded: Paper, topmost: LabelImage) -> Mask:
         """Where other paper is on top than before."""
         faces = np.zeros(256, np.uint8)
         for face, origin in origins(self.paper, folded).items():
@@ -148,31 +148,31 @@ def _different(old: Image, new: Image, same: Mask) -> Image:
     along = (_clear(cv2.filter2D(old, -1, k), cv2.filter2D(new, -1, k), same) for k in averages())
     sharp = np.where(inside, _clear(old, new, same), np.float32(0))
     faint = np.where(inside, reduce(np.maximum, along), np.float32(0))
-    return sharp if float(sharp.sum()) > FAINT * float(faint.sum()) else faint
+    return sharp if float(sharp.sum()) > LEAST_SHARP_SHARE * float(faint.sum()) else faint
 
 
 def _clear(old: Image, new: Image, same: Mask) -> Image:
     """How clearly two pictures differ, 0 to 1, by more than a shift of a pixel and the noise of both make."""
     over = np.maximum(new - cv2.dilate(old, square(1)), old - cv2.dilate(new, square(1)))
     under = np.maximum(cv2.erode(old, square(1)) - new, cv2.erode(new, square(1)) - old)
-    usual = max(LEAST_NOISE, 1.4826 * float(np.median(np.abs(new - old)[same])))
-    low, high = NOISE
+    usual = max(LEAST_USUAL_DIFFERENCE, 1.4826 * float(np.median(np.abs(new - old)[same])))
+    low, high = CLEAR_DIFFERENCE
     return np.asarray(np.clip((np.maximum(over, under) / usual - low) / (high - low), 0, 1), np.float32)
 
 
-def _sound(scene: Scene) -> Labels:
+def _sound(scene: Scene) -> LabelImage:
     """The class of the paper where it is of one colour all around, else 0."""
     classes = np.where(scene.known, scene.labels, 7).astype(np.uint8)
     alike = cv2.erode(classes, square(2)) == cv2.dilate(classes, square(2))
     return np.where(alike & scene.paper, classes, 0).astype(np.uint8)
 
 
-def square(reach: int) -> Labels:
+def square(reach: int) -> LabelImage:
     """A square of ones that reaches so many pixels to each side."""
     return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
 
 
-def _warped(image: Image | Labels, matrix: Floats, scene: Scene, how: int) -> Image:
+def _warped(image: Image | LabelImage, matrix: Floats, scene: Scene, how: int) -> Image:
     """An image of the photo before, at the pixels of the later one."""
     size = (scene.grid.cols, scene.grid.rows)
     return np.asarray(cv2.warpAffine(image, matrix[:2], size, flags=how | cv2.WARP_INVERSE_MAP))

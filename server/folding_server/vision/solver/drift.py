@@ -11,11 +11,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Image
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
 from folding_server.vision.fitting.alignment import nudged
-from folding_server.vision.fitting.scene import Image, Scene, Stack
-from folding_server.vision.labels import BACK, BACKGROUND, Labels
+from folding_server.vision.fitting.scene import FaceStack, Scene
+from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
 
 BINS = 8
 """Edge directions are told apart in steps of 180 degrees / BINS."""
@@ -32,7 +33,7 @@ class Edges:
     bins: npt.NDArray[np.int64]
 
 
-def edges_of(labels: Labels, known: npt.NDArray[np.bool_]) -> Edges:
+def edges_of(labels: LabelImage, known: npt.NDArray[np.bool_]) -> Edges:
     """The borders between background, front and back in a label image, away from what is unknown."""
     strength = np.zeros(labels.shape, np.float32)
     direction = np.zeros(labels.shape, np.float32)
@@ -50,7 +51,7 @@ def edges_of(labels: Labels, known: npt.NDArray[np.bool_]) -> Edges:
 
 
 @dataclass(frozen=True)
-class Range:
+class DriftRange:
     """Which drifts to try: turns and shifts up to a limit, in steps (degrees; pixels of the scene), and scales."""
 
     turn: int = 10
@@ -60,14 +61,14 @@ class Range:
     scales: tuple[float, ...] = (1.0,)
 
 
-SLIGHT = Range(shift=0.04)
+SLIGHT_DRIFT = DriftRange(shift=0.04)
 """What happens to paper that is folded from two sides at once: it stays where it is, though no side of it does."""
-HANDHELD = Range(turn=16, turn_step=2, shift=0.25, stride=2, scales=(0.88, 0.94, 1.0, 1.06, 1.12))
+HANDHELD_DRIFT = DriftRange(turn=16, turn_step=2, shift=0.25, stride=2, scales=(0.88, 0.94, 1.0, 1.06, 1.12))
 """What a camera held in the hand may do between two photos."""
 
 
 def drifts(
-    stack: Stack, scene: Scene, last: Isometry, reach: Range = Range(), keep: int = 2
+    stack: FaceStack, scene: Scene, last: Isometry, reach: DriftRange = DriftRange(), keep: int = 2
 ) -> list[Isometry]:
     """Motions near ``last`` under which a stack has the most edges in common with a photo, best first.
 
@@ -110,7 +111,7 @@ def _nearness(edges: Edges, scene: Scene, cut_off: float) -> Image:
 
 
 def _scores(
-    drawn: Edges, near: Image, scene: Scene, center: Point, reach: Range
+    drawn: Edges, near: Image, scene: Scene, center: Point, reach: DriftRange
 ) -> list[tuple[float, float, float, float]]:
     """(score, dx, dy, degrees clockwise) of the best shifts for each turn."""
     s = scene.grid.pixels_per_unit

@@ -7,16 +7,15 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.vision.fitting.scene import Image, Mask
-from folding_server.vision.grid import Floats
+from folding_server.arrays import Floats, Image, Mask
 
-LENGTH, DIRECTIONS = 13, 12
+AVERAGED_LENGTH, AVERAGED_DIRECTIONS = 13, 12
 """Pixels along which pictures are averaged where no line is given, and in how many directions."""
-SHORTEST = 10
+FEWEST_LINE_PIXELS = 10
 """Lines of fewer pixels say nothing as a whole."""
-AROUND = 15
+LINE_SURROUNDINGS = 15
 """Pixels across of the neighbourhood against which a line is darker or lighter."""
-CERTAIN = (3.0, 6.0)
+LINE_CLEARNESS = (3.0, 6.0)
 """A line that stands out from lines beside it by so many times what those vary begins to count, and counts in full."""
 FEWEST_BESIDE, MOSTLY = 6, 0.6
 """Lines beside needed to judge one, and the share of such a line that must lie where both photos can be compared."""
@@ -30,14 +29,14 @@ _TINY = 1e-6
 @cache
 def averages() -> tuple[Image, ...]:
     """Kernels that average along a line in each direction."""
-    return tuple(_average(pi * k / DIRECTIONS) for k in range(DIRECTIONS))
+    return tuple(_average(pi * k / AVERAGED_DIRECTIONS) for k in range(AVERAGED_DIRECTIONS))
 
 
 def _average(angle: float) -> Image:
     """A line through the middle of a kernel, spread over the pixels it runs between."""
-    middle = LENGTH // 2 + 1
+    middle = AVERAGED_LENGTH // 2 + 1
     kernel = np.zeros((2 * middle + 1, 2 * middle + 1), np.float32)
-    for along in np.linspace(-LENGTH / 2, LENGTH / 2, 4 * LENGTH).tolist():
+    for along in np.linspace(-AVERAGED_LENGTH / 2, AVERAGED_LENGTH / 2, 4 * AVERAGED_LENGTH).tolist():
         x, y = middle + along * cos(angle), middle + along * sin(angle)
         left, upper = int(x), int(y)
         for col, across in ((left, 1 - x + left), (left + 1, x - left)):
@@ -52,7 +51,7 @@ class FaintLines:
     def __init__(self, old: Image, new: Image, same: Mask) -> None:
         self._weight = cv2.erode(same.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
         change = (new - old) * self._weight
-        size = (AROUND, AROUND)
+        size = (LINE_SURROUNDINGS, LINE_SURROUNDINGS)
         around = cv2.blur(change, size) / np.maximum(cv2.blur(self._weight, size), _TINY)
         self._change = (change - around) * self._weight
 
@@ -62,7 +61,7 @@ class FaintLines:
         count, parts = cv2.connectedComponents(lines.astype(np.uint8), connectivity=8)
         for part in range(1, count):
             pixels = np.argwhere(parts == part)
-            if len(pixels) >= SHORTEST:
+            if len(pixels) >= FEWEST_LINE_PIXELS:
                 sure[tuple(pixels.T)] = self._sure(pixels)
         return sure
 
@@ -76,7 +75,7 @@ class FaintLines:
             return 0.0
         middle = float(np.median(usual))
         spread = 1.4826 * float(np.median(np.abs(usual - middle))) + _LEAST_SPREAD * middle
-        low, high = CERTAIN
+        low, high = LINE_CLEARNESS
         stands_out = (float(np.abs(here).max()) - middle) / max(spread, _TINY)
         return float(np.clip((stands_out - low) / (high - low), 0, 1))
 

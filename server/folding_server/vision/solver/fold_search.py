@@ -14,13 +14,13 @@ from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished, scale_of
-from folding_server.vision.fitting.scene import Scene, Views, stack_of
-from folding_server.vision.labels import Labels
+from folding_server.vision.fitting.scene import Scene, Views, face_stack
+from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.constructions import constructions
-from folding_server.vision.solver.creases import Family, handles_of, middle, shifted
-from folding_server.vision.solver.leaves import AT, NEAR, Leaves, MovingSet
+from folding_server.vision.solver.creases import Family, handles_of, midpoint, shifted
+from folding_server.vision.solver.leaves import AT, NEAR_LINE, Leaves, MovingSet
 from folding_server.vision.solver.lines import (
-    Evidence,
+    ChangedPoints,
     Lines,
     all_lines,
     angle_between,
@@ -43,9 +43,9 @@ MEANT, MEANT_SLACK, EXACTLY = 0.016, 0.006, 1e-6
 """A line that misses two vertices by less than the first (sheet units) is meant to pass through them, and taken to if that
 explains less by at most the second; one that passes within the third of a vertex does pass through it.
 """
-AROUND = 0.03
+NEAR_ENDS = 0.03
 """Lines that pass the ends of a crease by less (sheet units) are near it."""
-HANDHELD = 1.6
+HANDHELD_ALLOWANCE = 1.6
 """So many times more is forgiven under a camera in the hand: no photo but the first says how it looks at the sheet."""
 SPOILT = 5.0
 """How many pixels put right one that is changed but wrong is worth, when a part of the change is looked for."""
@@ -84,17 +84,17 @@ class FoldSearch:
     """The search for one transition: a paper, the photo after it, what changed, and the scale of the photo before."""
 
     def __init__(
-        self, paper: Paper, views: Views, changed: Sequence[Evidence], effort: Effort, scale: float
+        self, paper: Paper, views: Views, changed: Sequence[ChangedPoints], effort: Effort, scale: float
     ) -> None:
         self.paper, self.changed, self.effort, self.scale = paper, changed, effort, scale
         self.coarse, self.fine, self.handheld = views.coarse, views.fine, views.handheld
         self.leaves = Leaves(paper)
-        self.before = stack_of(paper)
+        self.before = face_stack(paper)
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
         self.points: list[Point] = [(x, y) for x, y in distinct_points(paper).tolist()]
-        self._before: dict[tuple[bool, Isometry], Labels] = {}
+        self._before: dict[tuple[bool, Isometry], LabelImage] = {}
 
     @property
     def calm(self) -> bool:
@@ -109,7 +109,7 @@ class FoldSearch:
         snapped = [s for f in _different(_best_first(polished)) for s in self.snapped(f)]
         return _best_first(snapped)
 
-    def _worth(self, scene: Scene, after: Labels, motion: Isometry) -> float:
+    def _worth(self, scene: Scene, after: LabelImage, motion: Isometry) -> float:
         """The agreement of a drawing or, looking for a part of the change, what it puts right less what it spoils."""
         if not self.effort.partial:
             return scene.agreement_of(after) - self._zoom_cost(motion)
@@ -126,7 +126,7 @@ class FoldSearch:
         """What it costs that the sheet looks larger or smaller under a motion than it did before."""
         return zoom_cost(scale_of(motion) / self.scale, self.handheld)
 
-    def _drawn_before(self, scene: Scene, motion: Isometry) -> Labels:
+    def _drawn_before(self, scene: Scene, motion: Isometry) -> LabelImage:
         """The paper as it was, under a motion."""
         key = (scene is self.fine, motion)
         if key not in self._before:
@@ -145,7 +145,7 @@ class FoldSearch:
                     )
         return _different(_best_first(found))[: self.effort.refined]
 
-    def _plausible(self, change: Evidence) -> Lines:
+    def _plausible(self, change: ChangedPoints) -> Lines:
         """Landmarks and grid lines that could explain the change, at most ``most_lines`` of each."""
         effort = self.effort
         kept = []
@@ -159,10 +159,10 @@ class FoldSearch:
     def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:
         """Both ends of the crease and the sheet's drift, climbed together."""
         handles = handles_of(self.leaves, found.moving)
-        pivot = middle(*handles)
+        pivot = midpoint(*handles)
         seed = found.moving.seed
 
-        def drawn(x: Vector) -> Labels:
+        def drawn(x: Vector) -> LabelImage:
             moving = self.leaves.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
             stack = self.leaves.folded(moving or found.moving)
             return scene.draw(stack, nudged(found.motion, pivot, x[2:]))
@@ -212,7 +212,7 @@ class FoldSearch:
 
     def _is_meant(self, line: Line, ends: tuple[Point, Point]) -> bool:
         """Whether a line passes through two vertices between its ``ends`` or little beyond."""
-        return len(self._beside(line, ends, EXACTLY, AROUND)) > 1
+        return len(self._beside(line, ends, EXACTLY, NEAR_ENDS)) > 1
 
     def _beside(self, line: Line, ends: tuple[Point, Point], reach: float, beyond: float) -> list[Point]:
         """Vertices within reach of a line, between its ends or so far beyond them."""
@@ -230,7 +230,7 @@ class FoldSearch:
         """
         line, old = snapped.moving.line, found.moving.line
         moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
-        loose = HANDHELD if self.handheld else 1.0
+        loose = HANDHELD_ALLOWANCE if self.handheld else 1.0
         met = [
             p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < loose * MEANT
         ]
@@ -247,7 +247,7 @@ class FoldSearch:
         """The sets of layers that a fold along a line can turn; of one that was constructed, also those that turn because a
         hair of them lies beyond it.
         """
-        nears = (NEAR, AT) if exact else (NEAR,)
+        nears = (NEAR_LINE, AT) if exact else (NEAR_LINE,)
         sets = {moved.faces: moved for near in nears for moved in self.leaves.moving_sets(line, near)}
         return list(sets.values())
 
@@ -259,13 +259,13 @@ class FoldSearch:
             return FoldFound(found.moving, start, 0.0)
         moving = max(sets, key=lambda m: self._looks(m, start))
         handles = handles_of(self.leaves, moving)
-        pivot = middle(*handles)
+        pivot = midpoint(*handles)
 
         def folded(amount: float) -> MovingSet:
             line = family.member(amount, handles)
             return (self.leaves.moving_from(line, moving.seed) or moving) if amount else moving
 
-        def drawn(x: Vector) -> Labels:
+        def drawn(x: Vector) -> LabelImage:
             return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, x[1:]))
 
         def value(x: Vector) -> float:
@@ -290,7 +290,7 @@ class FoldSearch:
     def _parallels(self, found: FoldFound) -> Iterator[Family]:
         """Lines near the found one that are parallel or square to an edge, to be shifted."""
         line = found.moving.line
-        x, y = middle(*handles_of(self.leaves, found.moving))
+        x, y = midpoint(*handles_of(self.leaves, found.moving))
         for nx, ny in self.directions:
             along = nx * line.nx + ny * line.ny
             if abs(along) > _PARALLEL:
@@ -306,11 +306,11 @@ class FoldSearch:
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
         """Landmark and constructed lines that pass near both ends of the crease, the best-looking first, at most six."""
         line, handles = found.moving.line, handles_of(self.leaves, found.moving)
-        built = constructions(self.paper, line, middle(*handles))
+        built = constructions(self.paper, line, midpoint(*handles))
         lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
         gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
         same_side = lines[:, :2] @ np.array([line.nx, line.ny]) > 0
-        near = np.nonzero((gaps < AROUND) & same_side)[0]
+        near = np.nonzero((gaps < NEAR_ENDS) & same_side)[0]
         nearest = _distinct([as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")]])
         best = sorted(nearest[:24], key=lambda other: -self._at_once(found, other))[:6]
         meant = (other for other in nearest if other not in best and self._is_meant(other, handles))

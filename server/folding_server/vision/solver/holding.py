@@ -11,16 +11,16 @@ from math import degrees
 import cv2
 import numpy as np
 
+from folding_server.arrays import Floats, Image, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
 from folding_server.vision.fitting.alignment import nudged
-from folding_server.vision.fitting.scene import Image, Mask, Scene, Stack, spread_over
-from folding_server.vision.grid import Floats
-from folding_server.vision.labels import BACK, BACKGROUND, Labels
+from folding_server.vision.fitting.scene import FaceStack, Scene, spread_over
+from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
 
-REACHES = (0.05, 0.05, 0.035, 0.025, 0.015, 0.015)
+SEARCH_LENGTHS = (0.05, 0.05, 0.035, 0.025, 0.015, 0.015)
 """How far (sheet units) points look along their normals in each round."""
-FEWEST = 12
+FEWEST_BORDER_POINTS = 12
 """With fewer points that find their border nothing is moved."""
 _POINTS = 200
 _BLUR = 1.2
@@ -36,22 +36,22 @@ class Border:
     normals: Floats
 
 
-def held(stack: Stack, scene: Scene, motion: Isometry) -> Isometry:
+def held(stack: FaceStack, scene: Scene, motion: Isometry) -> Isometry:
     """``motion`` moved so that the borders of a stack which the photo still shows lie on it; scale unchanged."""
     seen = list(_maps(scene.labels, scene.known))
-    for reach in REACHES:
+    for reach in SEARCH_LENGTHS:
         rows = [
             row
             for drawn, photo in zip(_maps(scene.draw(stack, motion), scene.known), seen, strict=True)
             for row in _pulls(drawn, photo, scene, reach, motion(stack.center))
         ]
-        if len(rows) < FEWEST:
+        if len(rows) < FEWEST_BORDER_POINTS:
             break
         motion = nudged(motion, stack.center, _solved(np.array(rows), reach))
     return motion
 
 
-def _maps(labels: Labels, known: Mask) -> Iterator[Image]:
+def _maps(labels: LabelImage, known: Mask) -> Iterator[Image]:
     """Blurred maps of the paper and of its back; 0.5 is the border."""
     for mask in (labels != BACKGROUND, labels == BACK):
         yield cv2.GaussianBlur((mask & known).astype(np.float32), (0, 0), _BLUR)

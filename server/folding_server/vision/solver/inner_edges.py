@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from folding_server.arrays import Image, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
-from folding_server.vision.fitting.scene import Image, Mask, Scene
+from folding_server.vision.fitting.scene import Scene
 
-FAINT = 0.2
+FULLY_SEEN = 0.2
 """An edge of this strength (0 to 1) counts as fully seen."""
-REACH = 2
+EDGE_TOLERANCE = 2
 """Pixels by which a seen line may be beside the predicted one."""
 USUAL_SIGHT = 0.8
 """The chance that a layer border shows where no photo has told."""
@@ -40,7 +41,7 @@ class InnerLines:
         return self.missing + self.extra
 
 
-def inner_lines(paper: Paper, scene: Scene, motion: Isometry) -> InnerLines:
+def inner_edge_agreement(paper: Paper, scene: Scene, motion: Isometry) -> InnerLines:
     """How the layer borders of a paper under a motion agree with the lines that a photo shows inside it."""
     if scene.edges is None:
         return InnerLines(0.0, 0.0)
@@ -68,14 +69,14 @@ def _lines(paper: Paper, scene: Scene, motion: Isometry) -> tuple[Image, Mask, M
     """How strongly lines are seen, 0 to 1; where predicted layer borders can be judged; and what lies near any."""
     edges = np.zeros_like(scene.labels, np.float32) if scene.edges is None else scene.edges
     predicted = visible_borders(paper, scene.grid, motion)
-    seen = np.where(scene.known, np.minimum(edges / FAINT, 1.0), 0.0).astype(np.float32)
-    wide = np.ones((2 * REACH + 3, 2 * REACH + 3), np.uint8)
+    seen = np.where(scene.known, np.minimum(edges / FULLY_SEEN, 1.0), 0.0).astype(np.float32)
+    wide = np.ones((2 * EDGE_TOLERANCE + 3, 2 * EDGE_TOLERANCE + 3), np.uint8)
     return seen, predicted.layers & _inside(scene), cv2.dilate(predicted.all.astype(np.uint8), wide) > 0
 
 
 def _shown(seen: Image, judged: Mask) -> float:
     """The share of the judged pixels with a seen line near; 1 if there are none."""
-    near_seen = cv2.dilate(seen, np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8))
+    near_seen = cv2.dilate(seen, np.ones((2 * EDGE_TOLERANCE + 1, 2 * EDGE_TOLERANCE + 1), np.uint8))
     return float(near_seen[judged].mean()) if judged.any() else 1.0
 
 

@@ -10,7 +10,7 @@ from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Vector, nudged, polished, scale_of
 from folding_server.vision.fitting.scene import Views
-from folding_server.vision.labels import Labels
+from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import FoldFound
 from folding_server.vision.solver.leaves import Leaves
@@ -54,7 +54,7 @@ class TwoFolds:
         scale = scale_of(self._motion(x)) / scale_of(self.first.found.motion)
         return self.views.fine.agreement_of(self._drawn(x)) - zoom_cost(scale, self.views.handheld)
 
-    def _drawn(self, x: Vector) -> Labels:
+    def _drawn(self, x: Vector) -> LabelImage:
         """What both folds look like, moved; without the second if it cannot be made."""
         moved = self._moved(x, exact=True)
         if moved is None:

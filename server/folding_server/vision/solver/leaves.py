@@ -11,20 +11,20 @@ from math import dist
 
 import numpy as np
 
+from folding_server.arrays import Floats, Mask
 from folding_server.geometry.convex import SPECK, area, clip, overlap
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, Point, line_through
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import Mask, Stack
-from folding_server.vision.grid import Floats
+from folding_server.vision.fitting.scene import FaceStack
 
-Pair = tuple[int, int]
+RankPair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""
-NEAR = 0.009
+NEAR_LINE = 0.009
 """A corner this near a line counts as on it while searching, as a line is found no more exactly than that."""
 AT = 0.001
 """The same for a line that was constructed."""
-THIN = 0.03
+NARROWEST_STRIP = 0.03
 """Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
 
 
@@ -39,7 +39,9 @@ class MovingSet:
 
 def is_thin(paper: Paper, moving: MovingSet) -> bool:
     """Whether a fold turns nothing but a narrow strip."""
-    return max(moving.line.distance(p) for face in moving.faces for p in paper.polygon(face)) < THIN
+    return (
+        max(moving.line.distance(p) for face in moving.faces for p in paper.polygon(face)) < NARROWEST_STRIP
+    )
 
 
 class Leaves:
@@ -54,7 +56,7 @@ class Leaves:
         self._pairs = np.array([pair for pair, _ in tied], np.intp).reshape(-1, 2)
         self._ties = _Shapes([shape for _, shape in tied])
 
-    def moving_sets(self, line: Line, near: float = NEAR) -> Iterator[MovingSet]:
+    def moving_sets(self, line: Line, near: float = NEAR_LINE) -> Iterator[MovingSet]:
         """The different sets of layers that a fold along a line can turn, topmost seed first; never all faces. Corners that
         are ``near`` the line count as on it.
         """
@@ -75,21 +77,21 @@ class Leaves:
 
     def moving_from(self, line: Line, seed: int) -> MovingSet | None:
         """The set turned by a fold along a line from one seed; None if the seed has nothing on the moving side."""
-        if max(line.distance(p) for p in self.outlines[seed]) <= NEAR:
+        if max(line.distance(p) for p in self.outlines[seed]) <= NEAR_LINE:
             return None
         return MovingSet(
-            line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line, NEAR), {}))
+            line, seed, self._named(_closure(self.paper.rank[seed], self._takes(line, NEAR_LINE), {}))
         )
 
     def overreach(self, moving: MovingSet) -> float:
-        """How far what ties a moving layer to one that stays reaches over the line: at most NEAR, 0 if nothing does."""
+        """How far what ties a moving layer to one that stays reaches over the line: at most NEAR_LINE, 0 if nothing does."""
         if not len(self._pairs):
             return 0.0
         first, second = np.isin(self.paper.order, list(moving.faces))[self._pairs].T
         most = self._ties.reach(moving.line)[1]
         return max(0.0, float(np.max(most[first & ~second], initial=0.0)))
 
-    def folded(self, moving: MovingSet) -> Stack:
+    def folded(self, moving: MovingSet) -> FaceStack:
         """What the stack looks like after a fold."""
         line = moving.line
         away, reflection = Line(-line.nx, -line.ny, -line.offset), mirror(line)
@@ -111,14 +113,14 @@ class Leaves:
             if len(moves) > 2:
                 turned.append([reflection(p) for p in moves])
                 upturned.append(not back)
-        return Stack([*outlines, *reversed(turned)], [*backs, *reversed(upturned)])
+        return FaceStack([*outlines, *reversed(turned)], [*backs, *reversed(upturned)])
 
     def _spans(self, line: Line) -> tuple[list[float], list[float]]:
         """The least and greatest signed distance from a line of each face's corners, bottom to top."""
         least, most = self._faces.reach(line)
         return least.tolist(), most.tolist()
 
-    def _joined(self) -> list[tuple[Pair, Sequence[Point]]]:
+    def _joined(self) -> list[tuple[RankPair, Sequence[Point]]]:
         """Faces joined by an edge, both ways, and that edge."""
         positions, rank = self.paper.folded_vertices_coords, self.paper.rank
         return [
@@ -128,7 +130,7 @@ class Leaves:
             for face, other in (beside, beside[::-1])
         ]
 
-    def _covered(self) -> list[tuple[Pair, Sequence[Point]]]:
+    def _covered(self) -> list[tuple[RankPair, Sequence[Point]]]:
         """Each face and each one above that covers some of it, and what both cover."""
         outlines = [self.outlines[f] for f in self.paper.order]
         return [

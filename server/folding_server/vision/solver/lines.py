@@ -8,19 +8,19 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Floats, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import carried, inverse_of
-from folding_server.vision.fitting.scene import Mask, Scene, spread_over
-from folding_server.vision.labels import BACKGROUND, UNKNOWN, Labels, is_paper
+from folding_server.vision.fitting.scene import Scene, spread_over
+from folding_server.vision.labels import BACKGROUND, UNKNOWN, LabelImage, is_paper
 from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
 
-Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.float64]
 """(n, 3): unit normal towards the moving side, and offset."""
 
-SAME = 2e-3
+SAME_LANDMARK = 2e-3
 """Lines and points nearer than this (in sheet units) count as one landmark."""
 
 
@@ -33,7 +33,7 @@ def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
     points = np.array(sorted(paper.folded_vertices_coords.values()))
     kept: list[npt.NDArray[np.float64]] = []
     for p in points:
-        if all(np.hypot(*(p - q)) > SAME for q in kept):
+        if all(np.hypot(*(p - q)) > SAME_LANDMARK for q in kept):
             kept.append(p)
     return np.array(kept)
 
@@ -64,7 +64,7 @@ def axes_of(paper: Paper) -> Lines:
 def _between_pairs(points: Floats) -> tuple[Lines, Lines]:
     """For each pair of points the line through both and the one that takes one onto the other."""
     i, j = np.triu_indices(len(points), 1)
-    apart = np.linalg.norm(points[j] - points[i], axis=1) > 10 * SAME
+    apart = np.linalg.norm(points[j] - points[i], axis=1) > 10 * SAME_LANDMARK
     p, q = points[i][apart], points[j][apart]
     along = (q - p) / np.linalg.norm(q - p, axis=1, keepdims=True)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -88,7 +88,7 @@ def edge_lines(paper: Paper) -> Lines:
     for u, v in paper.edge_faces:
         (px, py), (qx, qy) = positions[u], positions[v]
         length = np.hypot(qx - px, qy - py)
-        if length > 10 * SAME:
+        if length > 10 * SAME_LANDMARK:
             nx, ny = -(qy - py) / length, (qx - px) / length
             rows.append((nx, ny, nx * px + ny * py))
     return np.array(rows)
@@ -99,7 +99,7 @@ def edge_directions(paper: Paper) -> list[Point]:
     kept: list[Point] = []
     for nx, ny, _ in edge_lines(paper).tolist():
         for x, y in ((nx, ny), (-ny, nx)):
-            if all(abs(x * kx + y * ky) < 1 - SAME**2 / 2 for kx, ky in kept):
+            if all(abs(x * kx + y * ky) < 1 - SAME_LANDMARK**2 / 2 for kx, ky in kept):
                 kept.append((x, y))
     return kept
 
@@ -128,7 +128,7 @@ def distinct_lines(lines: Lines) -> Lines:
     """Lines with the normal in the upper half plane, near-equal ones once, in a fixed order."""
     flip = (lines[:, 1] < -1e-9) | ((np.abs(lines[:, 1]) <= 1e-9) & (lines[:, 0] < 0))
     upright = np.where(flip[:, None], -lines, lines)
-    keys = np.round(upright / SAME).astype(np.int64)
+    keys = np.round(upright / SAME_LANDMARK).astype(np.int64)
     _, first = np.unique(keys, axis=0, return_index=True)
     return np.asarray(upright[np.sort(first)])
 
@@ -184,7 +184,7 @@ def angle_between(a: Line, b: Line) -> float:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ChangedPoints:
     """What changed between a drawing of the last state and a photo, as points of the paper's own plane (n, 2).
 
     ``gone`` was paper and is table now, ``came`` was table and is paper, ``turned`` is paper that changed its class.
@@ -193,7 +193,7 @@ class Evidence:
     gone: npt.NDArray[np.float64]
     came: npt.NDArray[np.float64]
     turned: npt.NDArray[np.float64]
-    before: Labels
+    before: LabelImage
     scene: Scene
     motion: Isometry
 
@@ -228,7 +228,7 @@ class Evidence:
         side, images = _mirrored(lines, points)
         return np.asarray((side > -_MARGIN) | is_paper(self._look(self.before, images)))
 
-    def _look(self, labels: Labels, points: npt.NDArray[np.float64]) -> Labels:
+    def _look(self, labels: LabelImage, points: npt.NDArray[np.float64]) -> LabelImage:
         """The label under each point of the paper's plane; background outside the picture."""
         return self.scene.grid.under(carried(points, self.motion), labels)
 
@@ -248,7 +248,7 @@ def _mirrored(
     return side, points[None] - 2 * side[..., None] * lines[:, None, :2]
 
 
-def evidence(before: Labels, scene: Scene, motion: Isometry) -> Evidence:
+def changed_points(before: LabelImage, scene: Scene, motion: Isometry) -> ChangedPoints:
     """What changed from a drawing under ``motion`` to the photo; thin rims of misalignment do not count."""
     was, now = before != BACKGROUND, scene.paper
     known = scene.known & (scene.labels != UNKNOWN)
@@ -257,7 +257,7 @@ def evidence(before: Labels, scene: Scene, motion: Isometry) -> Evidence:
         _points(_opened(mask), scene, back)
         for mask in (was & ~now & known, now & ~was, was & now & (before != scene.labels))
     )
-    return Evidence(gone, came, turned, before, scene, motion)
+    return ChangedPoints(gone, came, turned, before, scene, motion)
 
 
 def _opened(mask: Mask) -> Mask:

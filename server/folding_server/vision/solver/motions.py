@@ -7,8 +7,8 @@ from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
-from folding_server.vision.fitting.scene import Scene, Views, stack_of
-from folding_server.vision.solver.drift import Range, drifts
+from folding_server.vision.fitting.scene import Scene, Views, face_stack
+from folding_server.vision.solver.drift import DriftRange, drifts
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.whole_moves import best_turns, centered
 
@@ -20,7 +20,7 @@ SAME_DRIFT = 0.008
 
 def locate(paper: Paper, scene: Scene) -> Aligned:
     """The motion under which a paper explains the photo it was made from, and how well it does."""
-    stack = stack_of(paper)
+    stack = face_stack(paper)
     freedom = Freedom(shift=0.04, turn=4.0, scale=0.04, halvings=5)
     starts = (IDENTITY, centered(stack, scene))
     best = max((align(stack, scene, start, freedom) for start in starts), key=lambda a: a.agreement)
@@ -30,10 +30,10 @@ def locate(paper: Paper, scene: Scene) -> Aligned:
 
 
 def likely_motions(
-    paper: Paper, last: Isometry, views: Views, ranges: Sequence[Range] = (Range(),)
+    paper: Paper, last: Isometry, views: Views, ranges: Sequence[DriftRange] = (DriftRange(),)
 ) -> list[Isometry]:
     """Motions under which what has not moved may be found: near the last, and with the most edges in common."""
-    stack = stack_of(paper)
+    stack = face_stack(paper)
     found = [last, *(motion for reach in ranges for motion in drifts(stack, views.coarse, last, reach))]
     kept: list[Isometry] = []
     for motion in [*(held(stack, views.fine, m) for m in found), last]:

@@ -42,7 +42,7 @@ SWING_COST = 0.02
 """What it costs when all of the paper moved otherwise than planned in the images between two photos."""
 TRACE_WORTH = 0.008
 """What it is worth to explain all that looks different within one colour; half of it is worth a quarter."""
-LINE_COST = 0.02
+UNSEEN_LINES_COST = 0.02
 """What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
 
 
@@ -111,7 +111,7 @@ class Plan:
     @property
     def looks(self) -> float:
         """Agreement less what the lines inside the paper say against the plan."""
-        return self.agreement - LINE_COST * self.contradiction
+        return self.agreement - UNSEEN_LINES_COST * self.contradiction
 
 
 def _cost(action: Action) -> float:

@@ -7,25 +7,26 @@ from math import ceil, floor
 import cv2
 import numpy as np
 
+from folding_server.arrays import Floats
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Scene, Views, stack_of
-from folding_server.vision.grid import Floats, Grid
+from folding_server.vision.fitting.scene import Scene, Views, face_stack
+from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.inner_edges import sight
 from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.swings import contradiction, watched
+from folding_server.vision.solver.swings import contradiction, watched_places
 from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""
-MARGIN = 0.2
+SEARCH_MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
-CLEAR = 0.004
+CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
@@ -85,7 +86,7 @@ def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan,
     plans = explain(paper, last, views, pairs=pairs)
     between = movement(eyes, frame) if frame > 1 else None
     if between is not None:
-        seen = watched(between, last)
+        seen = watched_places(between, last)
         plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
     return tuple(_distinct(plans))
 
@@ -95,7 +96,7 @@ def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
     before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
     found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
     known = _scene(eyes.frame(max(1, frame - 1), FINE), before)
-    settled = align(stack_of(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
+    settled = align(face_stack(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
     fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
     handheld = after.scales[0] != after.scales[1]
 
@@ -109,7 +110,7 @@ def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:
     """Whether the first plan explains the photo and stands clear of all others."""
-    return bool(plans) and (len(plans) == 1 or plans[0].score - plans[1].score > CLEAR)
+    return bool(plans) and (len(plans) == 1 or plans[0].score - plans[1].score > CLEAR_LEAD)
 
 
 def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
@@ -118,7 +119,7 @@ def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
     if not corners:
         return Scene(seen.grid, seen.labels, seen.two_coloured)
     points = np.concatenate(corners)
-    return _cropped(seen, points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN, lit=lit)
+    return _cropped(seen, points.min(axis=0) - SEARCH_MARGIN, points.max(axis=0) + SEARCH_MARGIN, lit=lit)
 
 
 def _paper_corners(seen: SeenFrame) -> list[Floats]:

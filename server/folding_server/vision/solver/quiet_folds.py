@@ -14,10 +14,10 @@ from folding_server.geometry.isometry import Isometry, mirror
 from folding_server.geometry.line import Line, line_through
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
-from folding_server.vision.fitting.scene import Scene, Views, stack_of
+from folding_server.vision.fitting.scene import Scene, Views, face_stack
 from folding_server.vision.raster import draw_touched
 from folding_server.vision.solver.creases import handles_of, shifted
-from folding_server.vision.solver.differences import ACROSS, REACH, Differences, near, square
+from folding_server.vision.solver.differences import ACROSS, BORDER_REACH, Differences, near, square
 from folding_server.vision.solver.leaves import Leaves, MovingSet, is_thin
 from folding_server.vision.solver.lines import (
     Lines,
@@ -39,11 +39,11 @@ CALM = 0.006
 """Folds that make the label image agree worse by more are not of this kind."""
 SPACING = 0.01
 """Lines along an edge or square to it are tried so far apart, and looked at in such steps (sheet units)."""
-MIDDLE, FARTHEST = np.array([0.5, 0.5]), 1.0
+MIDDLE, FARTHEST_LINE = np.array([0.5, 0.5]), 1.0
 """Lines are looked at so far from the point nearest to the middle of the sheet (sheet units)."""
-MOST_LINES, LEAST_CREASE = 1000, 0.02
+MOST_TRACE_LINES, LEAST_CREASE = 1000, 0.02
 """Of more lines only those are tried along which so much (sheet units) looks different."""
-CLEAR, SHORTEST, MOST_TRACED = 0.4, 0.04, 40
+TRACE_CLEARNESS, TRACE_LENGTH, MOST_TRACED = 0.4, 0.04, 40
 """Lines at least so long (sheet units) along which the trace is at least so clear (0 to 1) are tried, so many of them."""
 LOOKED_AT, TRIED, KEPT = 600, 24, 4
 """Folds of which the label image is drawn, the best along the trace; those realised and measured in full; those refined."""
@@ -53,11 +53,11 @@ CONSTRUCTED, ALIGNED, FREE = 0.0, 0.005, 0.015
 """The share of what looks different that a line must explain beyond one that was constructed: one that is square to an axis
 of symmetry, and any other.
 """
-SQUARE = 1e-3
+PERPENDICULAR = 1e-3
 """Cosine within which two lines are square to each other."""
 STEP = 0.01
 """Sheet units by which the ends of a crease are first moved."""
-HIDDEN = 0.2
+TRACELESS_COST = 0.2
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
@@ -145,7 +145,7 @@ class QuietFolds:
 
     def _promising(self) -> list[tuple[MovingSet, float]]:
         """Lines and layers whose borders run along the trace, and how loose the line is."""
-        calm = self.classes.agreement(stack_of(self.paper), self.motion) - CALM
+        calm = self.classes.agreement(face_stack(self.paper), self.motion) - CALM
         rated = sorted(
             (
                 (self._rating(moving), moving, self._looseness(moving.line, otherwise))
@@ -167,11 +167,11 @@ class QuietFolds:
 
     def _showing(self, lines: Lines) -> Lines:
         """Those of too many lines (n, 3) along which a bit looks different, as it mostly does along the crease of a fold."""
-        if len(lines) <= MOST_LINES:
+        if len(lines) <= MOST_TRACE_LINES:
             return lines
         across = lines[:, :2]
         along = np.stack([across[:, 1], -across[:, 0]], axis=1)
-        steps = np.arange(-FARTHEST, FARTHEST, SPACING)
+        steps = np.arange(-FARTHEST_LINE, FARTHEST_LINE, SPACING)
         feet = across * (lines[:, 2] - across @ MIDDLE)[:, None] + MIDDLE
         points = feet[:, None] + along[:, None] * steps[:, None]
         shown = self.scene.grid.under(carried(points, self.motion), self.seen.shown)
@@ -183,7 +183,7 @@ class QuietFolds:
 
     def _looseness(self, line: Line, otherwise: float) -> float:
         """At most ALIGNED for a line square to an axis of symmetry."""
-        aligned = (np.abs(self._axes[:, :2] @ (line.nx, line.ny)) < SQUARE).any()
+        aligned = (np.abs(self._axes[:, :2] @ (line.nx, line.ny)) < PERPENDICULAR).any()
         return min(otherwise, ALIGNED) if aligned else otherwise
 
     def _aligned(self) -> Lines:
@@ -192,8 +192,8 @@ class QuietFolds:
 
     def _traced(self) -> Lines:
         """Lines along which something looks different, the longest, (n, 3)."""
-        marked = (self.seen.trace > CLEAR).astype(np.uint8)
-        least = SHORTEST * self.scene.grid.pixels_per_unit
+        marked = (self.seen.trace > TRACE_CLEARNESS).astype(np.uint8)
+        least = TRACE_LENGTH * self.scene.grid.pixels_per_unit
         found = cv2.HoughLinesP(
             marked, 1, pi / 180, int(least / 2), minLineLength=least, maxLineGap=least / 3
         )
@@ -210,8 +210,8 @@ class QuietFolds:
         now = draw_touched(turned, self.scene.grid, self.motion.after(mirror(moving.line)))
         then = draw_touched(turned, self.scene.grid, self.motion)
         rim = (now > 0) & (cv2.erode(now, square(1)) == 0) & self.seen.judged
-        explained = self.seen.trace[near((now | then) > 0, REACH)].sum()
-        return float(explained) / ACROSS - HIDDEN * float((1 - self.seen.shown[rim]).sum())
+        explained = self.seen.trace[near((now | then) > 0, BORDER_REACH)].sum()
+        return float(explained) / ACROSS - TRACELESS_COST * float((1 - self.seen.shown[rim]).sum())
 
     def _made(self, moving: MovingSet, looseness: float) -> Iterator[QuietFold]:
         """A fold as real actions, measured."""

@@ -13,7 +13,7 @@ from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Edge, Paper
 from folding_server.simulator.state_diff import turned_faces
-from folding_server.vision.solver.leaves import NEAR, Leaves, MovingSet
+from folding_server.vision.solver.leaves import NEAR_LINE, Leaves, MovingSet
 
 Actions = tuple[Action, ...]
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
@@ -65,7 +65,7 @@ def _ways_clear(paper: Paper, moving: MovingSet) -> Iterator[Actions]:
 def _matches(paper: Paper, folded: Paper, moving: MovingSet) -> bool:
     """Whether the layers that turned are those meant, but for slivers beside the line."""
     return all(
-        max(moving.line.distance(p) for p in paper.polygon(face)) <= 2 * NEAR
+        max(moving.line.distance(p) for p in paper.polygon(face)) <= 2 * NEAR_LINE
         for face in turned_faces(paper, folded) ^ moving.faces
     )
 

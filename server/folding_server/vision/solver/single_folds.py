@@ -7,11 +7,17 @@ from folding_schemas.results import ActionClass
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import scale_of
-from folding_server.vision.fitting.scene import Stack, Views, stack_of
+from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
-from folding_server.vision.solver.inner_edges import inner_lines
+from folding_server.vision.solver.inner_edges import inner_edge_agreement
 from folding_server.vision.solver.leaves import Leaves, is_thin
-from folding_server.vision.solver.lines import Evidence, as_line, both_ways, evidence, landmark_lines
+from folding_server.vision.solver.lines import (
+    ChangedPoints,
+    as_line,
+    both_ways,
+    changed_points,
+    landmark_lines,
+)
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import Actions, realise
@@ -22,25 +28,25 @@ MISPLACED = 0.02
 """A motion under which the paper agrees worse than under another by more is not where it lies: a rim all around it is
 wrong, however thin.
 """
-MOST_LINES, MOST_SETTLED = 80, 6
+MOST_LANDMARK_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 
 
 def fold_search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
     """The search for a fold after what changed under each of the motions; the first is the likeliest."""
-    changed = _changes(stack_of(paper), motions, views)
+    changed = _changes(face_stack(paper), motions, views)
     return FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
 
 
-def _changes(drawn: Stack, motions: Sequence[Isometry], views: Views) -> list[Evidence]:
+def _changes(drawn: FaceStack, motions: Sequence[Isometry], views: Views) -> list[ChangedPoints]:
     """What changed on the coarse view. Motions under which that shows nothing are looked at on the fine one, and then
     they alone: the tip of a flap is small.
     """
-    coarse = [evidence(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
-    return [evidence(views.fine.draw(drawn, m), views.fine, m) for m in _calm(coarse)] or coarse
+    coarse = [changed_points(views.coarse.draw(drawn, m), views.coarse, m) for m in motions]
+    return [changed_points(views.fine.draw(drawn, m), views.fine, m) for m in _calm(coarse)] or coarse
 
 
-def _calm(changed: Sequence[Evidence]) -> list[Isometry]:
+def _calm(changed: Sequence[ChangedPoints]) -> list[Isometry]:
     """The motions under which nothing changed, of those that put the paper where it is."""
     agreements = [change.scene.agreement_of(change.before) for change in changed]
     least = max(agreements, default=0.0) - MISPLACED
@@ -66,8 +72,8 @@ def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
     ]
     top = max((f.agreement for f in found), default=0.0)
     near = [f for f in sorted(found, key=lambda f: -f.agreement) if f.agreement > top - NEARLY_BEST]
-    plans = [plan for fold in near[:MOST_LINES] for plan in _realised(paper, fold, ())]
-    plans.sort(key=lambda plan: inner_lines(plan.paper, views.fine, motion).contradiction)
+    plans = [plan for fold in near[:MOST_LANDMARK_LINES] for plan in _realised(paper, fold, ())]
+    plans.sort(key=lambda plan: inner_edge_agreement(plan.paper, views.fine, motion).contradiction)
     return (measured(plan, views, motion) for plan in plans[:MOST_SETTLED])
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from folding_server.arrays import Floats, Mask
 from folding_server.geometry.isometry import Isometry, turn
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import carried, inverse_of
-from folding_server.vision.fitting.scene import Mask, spread_over
-from folding_server.vision.grid import Floats
-from folding_server.vision.motion import Movement
+from folding_server.vision.fitting.scene import spread_over
+from folding_server.vision.motion import ObservedMovement
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""
@@ -22,7 +22,7 @@ FEWEST_LOOKS = 2
 """Images that have to show a place for its lying still to mean anything, and all of them but one."""
 DIMMED_SHARE = 0.15
 """Paper that looks different but shows the same side may lie in a shadow: so much that speaks against its lying still."""
-CERTAIN = 0.2
+REFUTED_SHARE = 0.2
 """The share of the paper that has to contradict a plan for it to be as good as refuted."""
 LITTLE = 20.0
 """A turn by fewer degrees bares too little of the table to tell."""
@@ -33,7 +33,7 @@ _FEWEST = 20
 
 
 @dataclass(frozen=True)
-class Watched:
+class WatchedPlaces:
     """Places on the folded paper (n, 2) that were watched between two photos, and what was seen there.
 
     Whether each ``changed`` its look in some image, or was ``still`` in most of them; whether the other side was
@@ -47,7 +47,7 @@ class Watched:
     bare: Mask
 
 
-def watched(movement: Movement, last: Isometry) -> Watched:
+def watched_places(movement: ObservedMovement, last: Isometry) -> WatchedPlaces:
     """The visible paper of the photo before, in the plane of its state, which lay there under the motion ``last``."""
     spots = spread_over(movement.watched > 0, _POINTS)
     plane = movement.before.grid.to_plane(np.stack([spots[1], spots[0]], axis=1))
@@ -55,16 +55,16 @@ def watched(movement: Movement, last: Isometry) -> Watched:
         np.asarray(share[spots] > 0) for share in (movement.moved, movement.turned, movement.bared)
     )
     often = movement.watched[spots] >= max(FEWEST_LOOKS, movement.images - 1)
-    return Watched(carried(plane, inverse_of(last)), changed, ~changed & often, turned, bare)
+    return WatchedPlaces(carried(plane, inverse_of(last)), changed, ~changed & often, turned, bare)
 
 
-def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
+def contradiction(before: Paper, after: Paper, seen: WatchedPlaces) -> float:
     """How much the images in between speak against a plan, from 0 to 1.
 
     Where the plan leaves any paper, or turns the whole so that some is always there, the table cannot show; where
     it leaves the paper on top in sight, its other side cannot. Paper that turns over is seen to change, and so is
     what a turn of the whole bares on its way. The share of the watched places where this is not so counts, 1 from
-    CERTAIN on. Paper that stays but is covered afterwards may look like anything. Too few places say nothing.
+    REFUTED_SHARE on. Paper that stays but is covered afterwards may look like anything. Too few places say nothing.
     """
     if len(seen.places) < _FEWEST:
         return 0.0
@@ -79,7 +79,7 @@ def contradiction(before: Paper, after: Paper, seen: Watched) -> float:
     impossible = ((stays | kept) & seen.bare) | ((shown | slides) & seen.turned)
     unlikely = DIMMED_SHARE * (shown & seen.changed) + STILL_SHARE * ((top.turns | swept) & seen.still)
     wrong = np.where(impossible, 1.0, unlikely)[found]
-    return min(1.0, float(wrong.mean()) / CERTAIN) if len(wrong) else 0.0
+    return min(1.0, float(wrong.mean()) / REFUTED_SHARE) if len(wrong) else 0.0
 
 
 @dataclass(frozen=True)

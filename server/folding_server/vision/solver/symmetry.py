@@ -2,17 +2,17 @@
 
 import numpy as np
 
+from folding_server.arrays import Floats
 from folding_server.geometry.line import line_through
 from folding_server.simulator.paper import Paper
-from folding_server.vision.grid import Floats
 
-REACH = 0.01
+MIRROR_TOLERANCE = 0.01
 """How far beside its partner's mirror image a vertex may lie (sheet units): folds are not perfect."""
 LEAST_SHARE = 0.6
 """A line about which at least this share of the vertices beside it have partners is an axis of symmetry."""
 LEAST_PAIRED = 4
 """Vertices with partners that an axis needs at least."""
-SAME_PLACE = 0.005
+ON_AXIS = 0.005
 """How far beside an axis of the sheet a crease may run that is meant to lie on it, as a part of the sheet's side."""
 MOST_AXES = 3
 MOST_POINTS = 40
@@ -42,7 +42,7 @@ def sheet_axes(paper: Paper) -> Floats:
         along = [(ux, vx), (uy, vy)]
         if width == height:
             along += [(ux - uy, vx - vy), (ux + uy, vx + vy)]
-        if any(max(abs(a), abs(b)) < SAME_PLACE for a, b in along):
+        if any(max(abs(a), abs(b)) < ON_AXIS for a, b in along):
             rows.append(line_through(paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]))
     return np.array(rows).reshape(-1, 3)
 
@@ -55,15 +55,19 @@ def symmetry_axes(points: Floats, candidates: Floats) -> Floats:
     images = points[None] - 2 * height[..., None] * candidates[:, None, :2]
     across, up = (images[:, :, None, i] - points[:, i] for i in (0, 1))
     gaps = np.sqrt((across**2 + up**2).min(axis=2))
-    beside = np.abs(height) > REACH
-    paired = beside & (gaps < REACH)
+    beside = np.abs(height) > MIRROR_TOLERANCE
+    paired = beside & (gaps < MIRROR_TOLERANCE)
     count = paired.sum(axis=1)
     share = count / np.maximum(beside.sum(axis=1), 1)
     miss = np.where(paired, gaps, 0).sum(axis=1) / np.maximum(count, 1)
     good = np.nonzero((share >= LEAST_SHARE) & (count >= LEAST_PAIRED))[0]
     kept: list[Floats] = []
     for i in good[np.lexsort((miss[good], -share[good]))]:
-        near = (np.abs(candidates[i] - side * other).max() < 3 * REACH for other in kept for side in (1, -1))
+        near = (
+            np.abs(candidates[i] - side * other).max() < 3 * MIRROR_TOLERANCE
+            for other in kept
+            for side in (1, -1)
+        )
         if not any(near):
             kept.append(candidates[i])
     return np.array(kept[:MOST_AXES]).reshape(-1, 3)

@@ -6,9 +6,9 @@ from dataclasses import replace
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Views, stack_of
+from folding_server.vision.fitting.scene import Views, face_stack
 from folding_server.vision.solver.doubts import doubted
-from folding_server.vision.solver.drift import HANDHELD, SLIGHT, Range, drifts
+from folding_server.vision.solver.drift import HANDHELD_DRIFT, SLIGHT_DRIFT, DriftRange, drifts
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
@@ -25,7 +25,7 @@ STANDS_OUT = 0.01
 """How much better than doing nothing a flip or unfold must be for folds not to be looked for. They are after a turn: some
 folds make a shape that only seems turned.
 """
-NOISE = 0.003
+AGREEMENT_NOISE = 0.003
 """A photo that the state before explains this nearly as well as its own shows a change by lines at most."""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
@@ -60,15 +60,17 @@ def explain(
     if not _clear(best, nothing):
         search = fold_search(paper, motions, views, effort)
         plans += as_plans(search.run(), paper, views, motions[0])
-        if nothing.agreement > views.expected - NOISE or search.calm:
+        if nothing.agreement > views.expected - AGREEMENT_NOISE or search.calm:
             plans = _within_a_colour(plans, paper, nothing.motion, views, last)
     if views.handheld and max(p.agreement for p in plans) < enough:
-        moved = drifts(stack_of(paper), views.coarse, last, HANDHELD)
+        moved = drifts(face_stack(paper), views.coarse, last, HANDHELD_DRIFT)
         found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
         plans += as_plans(found, paper, views, moved[0])
     if pairs and views.expected >= LOST and max(p.agreement for p in plans) < enough:
         begun = [plan for plan in best_first(plans) if plan.actions][:1]
-        plans += two_folds(paper, likely_motions(paper, last, views, (SLIGHT, Range())), views, effort)
+        plans += two_folds(
+            paper, likely_motions(paper, last, views, (SLIGHT_DRIFT, DriftRange())), views, effort
+        )
         if max(p.agreement for p in plans) < enough:
             plans += [plan for start in begun for plan in fold_after(start, views, effort)]
     return best_first([doubted(plan, nothing) for plan in plans])
@@ -120,12 +122,12 @@ def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], view
 
 def _held(plan: Plan, views: Views) -> Plan:
     """A plan with the paper's borders laid on those of the photo: a climb from afar may end a degree beside."""
-    return replace(plan, motion=held(stack_of(plan.paper), views.fine, plan.motion))
+    return replace(plan, motion=held(face_stack(plan.paper), views.fine, plan.motion))
 
 
 def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
     """The plan without actions."""
-    stack = stack_of(paper)
+    stack = face_stack(paper)
     start = max(motions, key=lambda m: views.coarse.agreement(stack, m))
     settled = align(stack, views.coarse, start, Freedom(shift=0.02, turn=2.0, halvings=4))
     return Plan((), "none", paper, settled.motion, settled.agreement, "nothing changed")

@@ -10,7 +10,7 @@ from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
-from folding_server.vision.fitting.scene import Scene, Stack, stack_of
+from folding_server.vision.fitting.scene import FaceStack, Scene, face_stack
 from folding_server.vision.solver.plan import Plan
 
 ROUND_ANGLES = 15.0
@@ -18,14 +18,14 @@ ROUND_ANGLES = 15.0
 ROUND_REACH = 5.0
 
 
-def centered(stack: Stack, scene: Scene, motion: Isometry = IDENTITY) -> Isometry:
+def centered(stack: FaceStack, scene: Scene, motion: Isometry = IDENTITY) -> Isometry:
     """A motion followed by the shift that brings the stack's middle onto that of the paper in the photo."""
     x, y = motion(stack.center)
     cx, cy = scene.center
     return Isometry(1, 0, 0, 1, cx - x, cy - y).after(motion)
 
 
-def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> list[Aligned]:
+def best_turns(stack: FaceStack, scene: Scene, step: float = 5.0, keep: int = 3) -> list[Aligned]:
     """The alignments of the turns in the plane that explain a photo best, best first; ``step`` in degrees."""
     tried = []
     for k in range(int(360 / step)):
@@ -43,14 +43,14 @@ def best_turns(stack: Stack, scene: Scene, step: float = 5.0, keep: int = 3) -> 
     return sorted(aligned, key=lambda a: -a.agreement)
 
 
-def _turned(stack: Stack, angle: float) -> Stack:
+def _turned(stack: FaceStack, angle: float) -> FaceStack:
     motion = turn(angle, stack.center)
-    return Stack([[motion(p) for p in outline] for outline in stack.outlines], stack.backs)
+    return FaceStack([[motion(p) for p in outline] for outline in stack.outlines], stack.backs)
 
 
 def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Isometry) -> Iterator[Plan]:
     """Rotations that explain the photo; ``last`` is the motion under which the paper explained the photo before."""
-    stack = stack_of(paper)
+    stack = face_stack(paper)
     for aligned in best_turns(stack, scene):
         relative = _angle_of(aligned.motion) - _angle_of(last)
         rounded = _rounded((relative + 180) % 360 - 180)
@@ -58,8 +58,8 @@ def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: I
             continue
         action = Rotate(angle=rounded)
         after = apply(paper, action)
-        start = centered(stack_of(after), scene, last)
-        settled = align(stack_of(after), scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
+        start = centered(face_stack(after), scene, last)
+        settled = align(face_stack(after), scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
         yield Plan(
             (*before, action),
             "rotate" if not before else "compound",
@@ -87,7 +87,7 @@ def flip_plans(paper: Paper, scene: Scene, last: Isometry) -> Iterator[Plan]:
     for axis in axes:
         action = Flip(axis=axis)
         after = apply(paper, action)
-        stack = stack_of(after)
+        stack = face_stack(after)
         settled = align(stack, scene, centered(stack, scene, last), Freedom(shift=0.04, turn=4.0, halvings=4))
         yield Plan(
             (action,),
@@ -131,7 +131,7 @@ def _settled(
     actions: tuple[Action, ...], kind: str, after: Paper, scene: Scene, motions: Sequence[Isometry]
 ) -> Plan:
     """The plan of some actions under the best of the motions, aligned."""
-    stack = stack_of(after)
+    stack = face_stack(after)
     start = max(motions, key=lambda m: scene.agreement(stack, m))
     settled = align(stack, scene, start, Freedom(shift=0.03, turn=3.0, halvings=4))
     return Plan(
