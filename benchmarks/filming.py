@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from folding_schemas.actions import Program
 from folding_server.photographer.color_spaces import floats, to_srgb
-from folding_server.photographer.gripping import grasping_hand
+from folding_server.photographer.grasp import grasping_hand
 from folding_server.photographer.hand_model import PlacedHand, RenderedHand, render_hand
 from folding_server.photographer.layer_rendering import Shading, paint_stack, shadow_direction
 from folding_server.photographer.levels import LEVELS

@@ -33,11 +33,11 @@ from folding_server.photographer import photograph
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper, apply
 from folding_server.simulator.fold import fold_line
-from folding_server.vision.alignment import align_paper
 from folding_server.vision.comparison import compare
 from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.raster import draw_paper
+from folding_server.vision.registration import align_paper
 from folding_server.vision.seeing import SeenFrame, see_sequence
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.realise import realise

@@ -15,9 +15,9 @@ from folding_server.simulator import Paper, apply, new_paper, replay
 from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.leaves import AT, Leaves
-from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import nice_fraction, realise
+from folding_server.vision.solver.sheet_motions import locate
 from folding_server.vision.solver.transition import explain
 from hypothesis import given, strategies
 from label_views import CLEAN, Spoiling, views

@@ -7,7 +7,6 @@ import pytest
 from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import add_vertex, fold, rotate
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.vision.alignment import align_paper, coarser
 from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.discrepancies import discrepancies
 from folding_server.vision.fitting.scene import Scene
@@ -17,6 +16,7 @@ from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.raster import draw_labels, draw_paper
+from folding_server.vision.registration import align_paper, coarser
 from folding_server.vision.seeing import SeenFrame, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -246,10 +246,9 @@ def keyframes(
     as_json: Json = False,
 ) -> None:
     """Propose the keyframes of a video and write them as a sequence."""
-    from folding_server.frames.sequence_writer import DeclaredSheet as Told
-    from folding_server.frames.sequence_writer import keyframes_command
+    from folding_server.frames.sequence_writer import DeclaredSheet, keyframes_command
 
-    told = Told(front_color=front_color, back_color=back_color)
+    told = DeclaredSheet(front_color=front_color, back_color=back_color)
     report = keyframes_command(video, out, paper=told, progress=_Progress("watching").tell)
     if as_json:
         _print_json(

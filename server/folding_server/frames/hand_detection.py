@@ -4,11 +4,10 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from folding_server.arrays import Mask
+from folding_server.arrays import Float32s, Indices, Mask
 from folding_server.frames.image_differences import (
-    Small,
+    SmallImage,
     border_ring,
     changed_pixels,
     nudged_back,
@@ -43,11 +42,11 @@ class HandlessScene:
     ever leave and cannot be told from the rest.
     """
 
-    table: Small = field(repr=False, compare=False)
+    table: SmallImage = field(repr=False, compare=False)
     paper: Mask = field(repr=False, compare=False)
     free: tuple[bool, ...]
 
-    def changed(self, before: Small, after: Small, least: float, *, free: bool) -> bool:
+    def changed(self, before: SmallImage, after: SmallImage, least: float, *, free: bool) -> bool:
         """Whether the paper differs in a region of `least` pixels; `free`: no hand is in either picture.
 
         With hands, only what is plainly table or paper in both pictures counts, clear of the hands' shadows.
@@ -59,10 +58,10 @@ class HandlessScene:
         back = nudged_back(before, after, None if free else self._shown(before, after))
         return back is None or differs(before, back, least)
 
-    def _differs_bare(self, before: Small, after: Small, least: float) -> bool:
+    def _differs_bare(self, before: SmallImage, after: SmallImage, least: float) -> bool:
         return solid_area(changed_pixels(before, after), least) > 0
 
-    def _differs_beside_hands(self, before: Small, after: Small, least: float) -> bool:
+    def _differs_beside_hands(self, before: SmallImage, after: SmallImage, least: float) -> bool:
         """Whether something differs clear of what comes in over the border, or much of what is joined to it."""
         ring = border_ring(after.shape)
         hand = reaching(changed_pixels(before, after), ring)
@@ -70,11 +69,11 @@ class HandlessScene:
         joined = solid_area(plainly & hand, least, ring)
         return joined > JOINED_PART * hand.sum() or solid_area(plainly & ~hand, least, ring) > 0
 
-    def covered(self, picture: Small) -> float:
+    def covered(self, picture: SmallImage) -> float:
         """The part of a picture that is neither table nor of a colour of the paper."""
         return 1 - float(self._plain(picture).mean())
 
-    def _shown(self, before: Small, after: Small) -> Mask:
+    def _shown(self, before: SmallImage, after: SmallImage) -> Mask:
         """Where both pictures show table or paper, away from hands and their shadows.
 
         A hand is what is neither table nor paper in a difference that reaches the border.
@@ -84,7 +83,7 @@ class HandlessScene:
         shown: Mask = plain & ~_around(strange)
         return shown
 
-    def _plain(self, picture: Small) -> Mask:
+    def _plain(self, picture: SmallImage) -> Mask:
         """Where the picture shows the table or a colour of the paper."""
         plain: Mask = ~changed_pixels(self.table, picture, _REPAINTED) | self.paper[_coarse(picture)]
         return plain
@@ -130,7 +129,7 @@ def _hands_free(watched: StillSpans) -> list[bool]:
     return free if seen >= LEAST_FREE * still else [True] * len(free)
 
 
-def _paper_colors(pictures: NDArray[np.float32], table: Small) -> Mask:
+def _paper_colors(pictures: Float32s, table: SmallImage) -> Mask:
     """The coarse colours, and their neighbours, of what is not table in `pictures` without hands."""
     counts = np.zeros((_BINS, _BINS, _BINS))
     for picture in pictures:
@@ -143,7 +142,7 @@ def _paper_colors(pictures: NDArray[np.float32], table: Small) -> Mask:
     return wide
 
 
-def _coarse(picture: Small) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+def _coarse(picture: SmallImage) -> tuple[Indices, Indices, Indices]:
     """Each pixel's bin of red, green and blue."""
     bins = np.clip(picture // _BIN, 0, _BINS - 1).astype(np.intp)
     return bins[..., 0], bins[..., 1], bins[..., 2]

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.arrays import Mask
+from folding_server.arrays import Float32s, Mask
 
-Small = NDArray[np.float32]
+SmallImage = Float32s
 """A small RGB picture, float32, shape (height, width, 3), values 0 to 255."""
 
 LEAST_STEP = 10.0
@@ -21,12 +21,12 @@ _DARK = 12.0
 _SPARSE = 3
 
 
-def soften(image: NDArray[np.uint8]) -> Small:
+def soften(image: NDArray[np.uint8]) -> SmallImage:
     """The picture as floats, with the finest grain smoothed away."""
-    return cast("Small", cv2.blur(image.astype(np.float32), (3, 3)))
+    return cast("SmallImage", cv2.blur(image.astype(np.float32), (3, 3)))
 
 
-def changed_pixels(before: Small, after: Small, least_step: float = LEAST_STEP) -> Mask:
+def changed_pixels(before: SmallImage, after: SmallImage, least_step: float = LEAST_STEP) -> Mask:
     """Where two pictures differ by more than light, noise and `least_step`; shape (height, width).
 
     The light may change as a whole: each channel is first brought to one level by its median ratio, which is
@@ -39,7 +39,7 @@ def changed_pixels(before: Small, after: Small, least_step: float = LEAST_STEP) 
     return step > min(max(_NOISE_FACTOR * noise, least_step), MOST_STEP)
 
 
-def _widest(steps: NDArray[np.float32]) -> NDArray[np.float32]:
+def _widest(steps: Float32s) -> Float32s:
     """The largest of the three channels, shape without the last axis."""
     return np.maximum(np.maximum(steps[..., 0], steps[..., 1]), steps[..., 2])
 
@@ -70,7 +70,7 @@ def _pieces(mask: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     return np.asarray(labels, np.int32), np.asarray(stats[:, cv2.CC_STAT_AREA], np.int32)
 
 
-def nudged_back(before: Small, after: Small, shown: Mask | None = None) -> Small | None:
+def nudged_back(before: SmallImage, after: SmallImage, shown: Mask | None = None) -> SmallImage | None:
     """`after` moved onto `before` as well as a small motion of the whole picture can; None if none fits.
 
     The motion is rigid, found by the enhanced correlation coefficient (Evangelidis and Psarakis, 2008) of
@@ -93,10 +93,10 @@ def nudged_back(before: Small, after: Small, shown: Mask | None = None) -> Small
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size = (width, height)
     back = cv2.warpAffine(after, motion, size, before.copy(), flags, cv2.BORDER_TRANSPARENT)
-    return cast("Small", back)
+    return cast("SmallImage", back)
 
 
-def _grey(picture: Small) -> NDArray[np.float32]:
+def _grey(picture: SmallImage) -> Float32s:
     return np.asarray(picture.mean(axis=2), np.float32)
 
 
@@ -109,7 +109,7 @@ def border_ring(shape: tuple[int, ...]) -> Mask:
     return ring
 
 
-def usual(samples: NDArray[np.float32], within: float = LEAST_STEP) -> NDArray[np.float32]:
+def usual(samples: Float32s, within: float = LEAST_STEP) -> Float32s:
     """The value that each pixel has most often, shape (pixels, 3), from samples of shape (count, pixels, 3).
 
     A bare table is the same each time it is seen, once all samples are brought to one level of light; hands
@@ -118,16 +118,16 @@ def usual(samples: NDArray[np.float32], within: float = LEAST_STEP) -> NDArray[n
     typical = np.median(samples, axis=0)
     levelled = np.stack([_in_light(sample, _gain(sample, typical)) for sample in samples])
     votes = np.stack([(_widest(np.abs(levelled - one)) < within).sum(axis=0) for one in levelled])
-    winners: NDArray[np.float32] = levelled[votes.argmax(axis=0), np.arange(samples.shape[1])]
+    winners: Float32s = levelled[votes.argmax(axis=0), np.arange(samples.shape[1])]
     return winners
 
 
-def _gain(before: Small, after: Small) -> NDArray[np.float32]:
+def _gain(before: SmallImage, after: SmallImage) -> Float32s:
     """How much brighter each channel has become: the median ratio, the darkest pixels counting less."""
     ratio = (after + _DARK) / (before + _DARK)
-    return cast("NDArray[np.float32]", np.median(ratio.reshape(-1, 3), axis=0).astype(np.float32))
+    return cast("Float32s", np.median(ratio.reshape(-1, 3), axis=0).astype(np.float32))
 
 
-def _in_light(picture: Small, gain: NDArray[np.float32]) -> Small:
+def _in_light(picture: SmallImage, gain: Float32s) -> SmallImage:
     """The picture in another light."""
-    return cast("Small", picture * gain + _DARK * (gain - 1))
+    return cast("SmallImage", picture * gain + _DARK * (gain - 1))

@@ -4,9 +4,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from folding_server.frames.image_differences import Small, border_ring, changed_pixels, soften, solid_area
+from folding_server.arrays import Float32s
+from folding_server.frames.image_differences import (
+    SmallImage,
+    border_ring,
+    changed_pixels,
+    soften,
+    solid_area,
+)
 from folding_server.frames.video import VideoImage
 
 MOVING_PART = 0.0012
@@ -23,7 +29,7 @@ class Still:
     index: int
     start: float
     end: float
-    picture: Small = field(repr=False, compare=False)
+    picture: SmallImage = field(repr=False, compare=False)
 
     @property
     def seconds(self) -> float:
@@ -36,18 +42,18 @@ class StillSpans:
     """A video seen once: its still spans, and samples of the picture's border, (count, pixels, 3)."""
 
     stills: list[Still]
-    border: NDArray[np.float32] = field(repr=False, compare=False)
+    border: Float32s = field(repr=False, compare=False)
 
 
 class _Span:
     """A still span in the making."""
 
-    def __init__(self, moment: VideoImage, picture: Small) -> None:
+    def __init__(self, moment: VideoImage, picture: SmallImage) -> None:
         self.first = self.last = picture
         self.sum = picture.astype(np.float64)
         self.seen = [(moment.seconds, moment.index)]
 
-    def goes_on(self, picture: Small) -> bool:
+    def goes_on(self, picture: SmallImage) -> bool:
         """Whether nothing has moved since the last picture, nor crept away since the first."""
         least = MOVING_PART * picture.shape[0] * picture.shape[1]
         return not any(
@@ -55,7 +61,7 @@ class _Span:
             for earlier in (self.last, self.first)
         )
 
-    def add(self, moment: VideoImage, picture: Small) -> None:
+    def add(self, moment: VideoImage, picture: SmallImage) -> None:
         """Take one more picture into the span."""
         self.last = picture
         self.sum += picture
@@ -75,7 +81,7 @@ def still_spans(moments: Iterable[VideoImage], least_seconds: float) -> StillSpa
     Only the span in the making and the means of finished ones are held in memory.
     """
     stills: list[Still] = []
-    border: list[NDArray[np.float32]] = []
+    border: list[Float32s] = []
     span: _Span | None = None
     sampled = now = step = 0.0
     for moment in moments:

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from folding_server.errors import PhotoError
 from folding_server.photographer.color_spaces import near_color
-from folding_server.photographer.exposing import render_photo
 from folding_server.photographer.hand_model import PlacedHand
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import level_named
 from folding_server.photographer.moments import Moment, checked_between
+from folding_server.photographer.photo_rendering import render_photo
 from folding_server.photographer.rng import stream
 from folding_server.photographer.sensor import jpeg, png
 from folding_server.photographer.session import Session, prepare

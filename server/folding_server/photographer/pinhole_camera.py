@@ -10,9 +10,10 @@ from math import cos, radians, sin
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
+from folding_server.arrays import Floats
+
+Matrix = Floats
 
 
 @dataclass(frozen=True)

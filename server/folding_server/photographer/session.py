@@ -10,7 +10,7 @@ from folding_server.arrays import Float32s
 from folding_server.geometry.line import Point
 from folding_server.photographer.flap_rotation import FlapRotationView
 from folding_server.photographer.framing import bounding_centre, fitting_fraction, pivots
-from folding_server.photographer.gripping import arm_side, grasp_point
+from folding_server.photographer.grasp import arm_side, grasp_point
 from folding_server.photographer.levels import Level
 from folding_server.photographer.moments import Moment, moments
 from folding_server.photographer.movements import Movement, Slide, movements

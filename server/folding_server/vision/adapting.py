@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Floats, Image, Mask
+from folding_server.arrays import Bools, Floats, Image, Mask
 from folding_server.vision.appearance import BLACK, ColourModels, Look, coordinates, pixel_cost
 from folding_server.vision.colours import lab_to_rgb, skin
 from folding_server.vision.grid import Grid
@@ -31,11 +31,11 @@ class _Sample:
     """Every few pixels of a photo: ``lab`` (rows, cols, 3) at the coordinates ``x``, ``y`` (rows, cols)."""
 
     lab: Image
-    x: npt.NDArray[np.float64]
-    y: npt.NDArray[np.float64]
+    x: Floats
+    y: Floats
 
     @cached_property
-    def skin(self) -> Mask:
+    def skin(self) -> Bools:
         """Pixels whose colour skin can have, (rows, cols)."""
         return _skin(self.lab)
 
@@ -65,7 +65,7 @@ def adapt(lab: Image, seen: Mask, grid: Grid, palette: ColourModels) -> ColourMo
     return tuned
 
 
-def _table(look: Look, sample: _Sample, own: Mask) -> Look:
+def _table(look: Look, sample: _Sample, own: Bools) -> Look:
     """The table fitted to the pixels that are surely its own; as it was if they are few, or it has several surfaces."""
     if own.sum() < FEWEST_CLASS_PIXELS or len(look.surfaces) > 1:
         return look
@@ -74,7 +74,7 @@ def _table(look: Look, sample: _Sample, own: Mask) -> Look:
     return Look((Surface(2, fitted.coefficients, spread, fitted.span),))
 
 
-def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Mask]) -> list[Look]:
+def _shifted(looks: Sequence[Look], sample: _Sample, owned: Sequence[Bools]) -> list[Look]:
     """The sides of the sheet, given with the table before them, as light has moved them.
 
     A hand must not pass for paper in another light: skin tells nothing of a side of another colour, and a side of about that
@@ -113,7 +113,7 @@ def _is_skin(look: Look) -> bool:
     return bool(_skin(look.surfaces[0].coefficients[:1].reshape(1, 1, 3)).any())
 
 
-def _skin(lab: npt.NDArray[np.floating]) -> Mask:
+def _skin(lab: npt.NDArray[np.floating]) -> Bools:
     """Pixels in Lab, (rows, cols, 3), whose colour skin can have."""
     return skin(lab_to_rgb(lab).astype(np.uint8))
 
@@ -123,7 +123,7 @@ def _lightness(look: Look) -> float:
     return float(look.surfaces[0].coefficients[0][0] - BLACK[0])
 
 
-def _left(look: Look, sample: _Sample, own: Mask) -> Floats:
+def _left(look: Look, sample: _Sample, own: Bools) -> Floats:
     """What a look leaves of its pixels' colours, (N, 3)."""
     left = np.stack([sample.lab[own] - s.at(sample.x[own], sample.y[own]) for s in look.surfaces])
     nearest = np.linalg.norm(left, axis=-1).argmin(axis=0)

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Image, RgbImage
+from folding_server.arrays import Floats, Image, Mask, RgbImage
 
-Colour = npt.NDArray[np.float64]
+Colour = Floats
 
 
 def to_lab(rgb: RgbImage) -> Image:
@@ -62,7 +62,7 @@ def cluster(colours: Image, count: int) -> tuple[npt.NDArray[np.int32], Image]:
     return np.asarray(numbers, np.int32).ravel(), np.asarray(centres, np.float32)
 
 
-def skin(rgb: RgbImage) -> npt.NDArray[np.bool_]:
+def skin(rgb: RgbImage) -> Mask:
     """Pixels whose chroma human skin can have, light or dark, under indoor or day light."""
     ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
     luma, cr, cb = ycc[..., 0], ycc[..., 1], ycc[..., 2]

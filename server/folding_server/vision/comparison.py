@@ -4,12 +4,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from folding_schemas.results import Verdict
 
-from folding_server.arrays import ByteMask
+from folding_server.arrays import ByteMask, Float32s, Mask
 from folding_server.simulator.paper import Paper
-from folding_server.vision.alignment import Alignment, align_paper
 from folding_server.vision.discrepancies import (
     Discrepancy,
     box_about,
@@ -21,6 +19,7 @@ from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
+from folding_server.vision.registration import Alignment, align_paper
 from folding_server.vision.seeing import SeenFrame
 
 MATCHING_AGREEMENT = 0.965
@@ -137,7 +136,7 @@ def class_iou(predicted: LabelImage, seen: SeenFrame) -> dict[str, float]:
     return result
 
 
-def _iou(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_], smallest: float) -> float:
+def _iou(first: Mask, second: Mask, smallest: float) -> float:
     union = int(np.count_nonzero(first | second))
     return int(np.count_nonzero(first & second)) / union if union >= smallest else 1.0
 
@@ -157,10 +156,10 @@ def outline_distances(predicted: LabelImage, seen: LabelImage, pixels_per_unit: 
     return float(both.mean()), float(np.quantile(both, 0.95))
 
 
-def _outline(mask: ByteMask) -> npt.NDArray[np.bool_]:
+def _outline(mask: ByteMask) -> Mask:
     """The pixels of a mask that touch its outside."""
     return np.asarray((mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8)) == 0))
 
 
-def _distance_to(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+def _distance_to(mask: Mask) -> Float32s:
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float32)

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.arrays import ByteMask, Indices, Mask
+from folding_server.arrays import ByteMask, Float32s, Indices, Mask
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, NAMES, LabelImage, is_paper
 
 PaperBox = tuple[float, float, float, float]
@@ -74,7 +73,7 @@ def _differences(
     return tuple(sorted(found, key=lambda d: d.area, reverse=True))
 
 
-def _beyond(paper: Mask, here: int, there: int) -> npt.NDArray[np.float32]:
+def _beyond(paper: Mask, here: int, there: int) -> Float32s:
     """The distance, in pixels, of every pixel from the paper of the side that falls short; 0 if both have paper."""
     if BACKGROUND not in (here, there) or not paper.any():
         return np.zeros(paper.shape, np.float32)
@@ -83,7 +82,7 @@ def _beyond(paper: Mask, here: int, there: int) -> npt.NDArray[np.float32]:
 
 def _regions(
     mask: ByteMask,
-    far: npt.NDArray[np.float32],
+    far: Float32s,
     classes: tuple[int, int],
     pixels_per_unit: float,
     box: PaperBox,
@@ -106,7 +105,7 @@ def _regions(
     return found
 
 
-def _inmost(cols: Indices, rows: Indices, depth: npt.NDArray[np.float32]) -> tuple[int, int]:
+def _inmost(cols: Indices, rows: Indices, depth: Float32s) -> tuple[int, int]:
     """Of a region's deepest pixels the one nearest to its middle: (column, row)."""
     deep = depth[rows, cols]
     away = np.hypot(cols - cols.mean(), rows - rows.mean())

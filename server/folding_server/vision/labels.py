@@ -7,6 +7,8 @@ of the paper, and whoever compares them folds a prediction the same way with :fu
 import numpy as np
 import numpy.typing as npt
 
+from folding_server.arrays import Mask
+
 BACKGROUND = 0
 FRONT = 1
 BACK = 2
@@ -19,9 +21,9 @@ LabelImage = npt.NDArray[np.uint8]
 """A label image, (rows, cols) uint8."""
 
 
-def is_paper(labels: LabelImage) -> npt.NDArray[np.bool_]:
+def is_paper(labels: LabelImage) -> Mask:
     """Where a label image shows paper, either side up."""
-    paper: npt.NDArray[np.bool_] = (labels == FRONT) | (labels == BACK)
+    paper: Mask = (labels == FRONT) | (labels == BACK)
     return paper
 
 

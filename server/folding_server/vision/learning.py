@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Bools, Image
+from folding_server.arrays import Bools, Float32s, Floats, Image, Mask
 from folding_server.frames.color_names import color_rgb
 from folding_server.vision.appearance import ColourModels, Look, coordinates
 from folding_server.vision.colours import (
@@ -65,7 +65,7 @@ class NewColour:
     """
 
     mean: Colour
-    covariance: npt.NDArray[np.float64]
+    covariance: Floats
     weight: float
     skin: float
     entering: float
@@ -91,12 +91,12 @@ def _first_palette(photos: Photos, pose: Pose, grid: Grid) -> ColourModels:
     return ColourModels(_table_look(x, y, lab, outside), _sheet_look(x, y, lab, inside), None)
 
 
-def _table_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Image, own: Bools) -> Look:
+def _table_look(x: Floats, y: Floats, lab: Image, own: Mask) -> Look:
     """A smooth surface for the table."""
     return Look((fit_surface(x[own], y[own], lab[own].astype(np.float64), 2),))
 
 
-def _sheet_look(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], lab: Image, own: Bools) -> Look:
+def _sheet_look(x: Floats, y: Floats, lab: Image, own: Mask) -> Look:
     """A sloping surface for a plain sheet; one more for each further colour of a patterned one."""
     main = fit_surface(x[own], y[own], lab[own].astype(np.float64), 1)
     surfaces = [main]
@@ -127,7 +127,7 @@ def _find_back(photos: Photos, pose: Pose, grid: Grid, first: ColourModels) -> L
     return None
 
 
-def _plain(mean: Colour, covariance: npt.NDArray[np.float64]) -> Look:
+def _plain(mean: Colour, covariance: Floats) -> Look:
     everywhere = (-1.0, -1.0, 1.0, 1.0)
     return Look((Surface(0, mean.reshape(1, 3), covariance, everywhere),))
 
@@ -174,7 +174,7 @@ def _groups(photos: Photos, pose: Pose, grid: Grid, first: ColourModels) -> Iter
             yield _group(pixels[own].astype(np.float64), marks.only(own), float(own.mean()), len(frames))
 
 
-def _group(colours: npt.NDArray[np.float64], marks: Marks, share: float, frames: int) -> NewColour:
+def _group(colours: Floats, marks: Marks, share: float, frames: int) -> NewColour:
     mean = np.median(colours, axis=0)
     near = colours[np.linalg.norm(colours - mean, axis=1) < 18]
     covariance = np.cov(near.T) if len(near) > 10 else np.diag([30.0, 15.0, 15.0])
@@ -192,7 +192,7 @@ def _sampled_frames(count: int) -> list[int]:
 
 def _new_pixels(
     photos: Photos, frame: int, pose: Pose, grid: Grid, first: ColourModels
-) -> tuple[npt.NDArray[np.float32], Marks]:
+) -> tuple[Float32s, Marks]:
     """Lab (N, 3) of the pixels that neither table nor front in plain light explains, and their marks."""
     rgb, seen = pose.rectify(photos.photo(frame), grid)
     lab = to_lab(rgb)

@@ -4,9 +4,8 @@ from itertools import combinations
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.arrays import Image, Mask, RgbImage
+from folding_server.arrays import Bools, Float32s, Floats, Image, Mask, RgbImage
 from folding_server.vision.appearance import Look, coordinates
 from folding_server.vision.colours import lab_to_linear, linear_from_table
 from folding_server.vision.grid import Grid
@@ -34,7 +33,7 @@ _STIFF, _RIGID = 0.02, 1e3
 _TINY = 1e-6
 
 
-def mixtures(labels: LabelImage, unknown: Mask, rgb: RgbImage, lights: npt.NDArray[np.float32]) -> Image:
+def mixtures(labels: LabelImage, unknown: Mask, rgb: RgbImage, lights: Float32s) -> Image:
     """Shares (rows, cols, 3) of table, front and back; border pixels are split between two of them.
 
     ``lights`` (3, rows, cols, 3) is what :func:`class_lights` says of them.
@@ -50,7 +49,7 @@ def mixtures(labels: LabelImage, unknown: Mask, rgb: RgbImage, lights: npt.NDArr
 
 def class_lights(
     labels: LabelImage, unknown: Mask, rgb: RgbImage, looks: tuple[Look, ...], grid: Grid, mixed: int = 1
-) -> npt.NDArray[np.float32]:
+) -> Float32s:
     """The linear light (3, rows, cols, 3) that each class shows around each pixel.
 
     ``looks`` say what light to expect of a class where none of it is near; ``mixed`` is how many pixels on either side
@@ -63,9 +62,7 @@ def class_lights(
     return np.stack([_local_mean(light, own, far, mixed) for own, far in zip(owns, expected, strict=True)])
 
 
-def _split(
-    pixels: Image, means: npt.NDArray[np.float32], near: Mask, own: LabelImage
-) -> npt.NDArray[np.float32]:
+def _split(pixels: Image, means: Float32s, near: Bools, own: LabelImage) -> Float32s:
     """Shares (N, 3) of pixels (N, 3) as mixtures of the two near classes that explain them best."""
     count = len(pixels)
     best = np.full(count, np.inf, np.float32)
@@ -82,7 +79,7 @@ def _split(
     return shares
 
 
-def _between(pixels: Image, first: Image, second: Image, inner: Mask) -> tuple[Image, Image]:
+def _between(pixels: Image, first: Image, second: Image, inner: Bools) -> tuple[Image, Image]:
     """How far from the first light to the second each pixel lies, 0 to 1, and how far beside, both (N,).
 
     Within the paper (``inner``), where one layer may shade the other, mixtures may be darker as a whole. Lights of nearly
@@ -100,7 +97,7 @@ def _between(pixels: Image, first: Image, second: Image, inner: Mask) -> tuple[I
     return part.astype(np.float32), np.linalg.norm(pixels - mixed, axis=-1).astype(np.float32)
 
 
-def _product(first: Image, second: Image) -> npt.NDArray[np.float64]:
+def _product(first: Image, second: Image) -> Floats:
     """The scalar product of each two lights (N, 3), (N,)."""
     return np.asarray(np.einsum("ij,ij->i", first, second), np.float64)
 

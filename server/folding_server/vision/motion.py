@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Image, Mask
+from folding_server.arrays import Float32s, Image, Mask
 from folding_server.vision.colours import to_lab
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
 from folding_server.vision.seeing import Eyes, SeenFrame
@@ -89,7 +89,7 @@ def _different(before: SeenFrame, image: SeenFrame, free: Mask) -> Mask:
     return np.asarray(distance > np.clip(USUAL * usual, LEAST_CHANGE, NOISY_CHANGE))
 
 
-def _calm(steps: npt.NDArray[np.float32]) -> float:
+def _calm(steps: Float32s) -> float:
     """1 if most of the pixels changed alike, as light makes them, else 0."""
     spread = np.linalg.norm(steps - np.median(steps, axis=0), axis=1)
     return float(

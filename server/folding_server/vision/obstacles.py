@@ -5,7 +5,6 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from folding_server.arrays import Floats, Image, Mask, RgbImage
 from folding_server.vision.appearance import LAB_FLOOR, ColourModels, pixel_cost
@@ -164,7 +163,7 @@ def _alike(view: ObstacleView, core: Mask) -> Mask:
     return np.asarray(alike & np.isin(numbered, np.unique(numbered[core])))
 
 
-def _likeness(lab: Image, colours: npt.NDArray[np.float64]) -> Image:
+def _likeness(lab: Image, colours: Floats) -> Image:
     """The cost, in nats, of every pixel as one of these colours (N, 3)."""
     covariance = np.cov(colours.T)
     mean = np.broadcast_to(colours.mean(axis=0).astype(np.float32), lab.shape)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from folding_server.arrays import Floats, Image, Mask, RgbImage
 from folding_server.vision.grid import Grid
@@ -140,7 +139,7 @@ def _seen_sides(corners: Floats, unknown: Mask, grid: Grid) -> list[bool]:
     return [not _hidden(near, corners[i], corners[(i + 1) % len(corners)]) for i in range(len(corners))]
 
 
-def _hidden(near: npt.NDArray[np.bool_], start: Floats, end: Floats) -> bool:
+def _hidden(near: Mask, start: Floats, end: Floats) -> bool:
     places = np.rint(start + np.linspace(0.05, 0.95, 40)[:, None] * (end - start)).astype(int)
     rows = places[:, 1].clip(0, near.shape[0] - 1)
     cols = places[:, 0].clip(0, near.shape[1] - 1)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import RgbImage
+from folding_server.arrays import Mask, RgbImage
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
@@ -53,7 +53,7 @@ def draw_overlay(
     return pixels
 
 
-def _hatch(picture: cv2.typing.MatLike, where: npt.NDArray[np.bool_]) -> None:
+def _hatch(picture: cv2.typing.MatLike, where: Mask) -> None:
     """Draw diagonal stripes over a part of a picture."""
     rows, cols = np.nonzero(where)
     red = ((rows + cols) // STRIPE % 2 == 0)[:, None]
@@ -69,9 +69,7 @@ def _draw_sides(picture: cv2.typing.MatLike, outline: Outline, grid: Grid) -> No
             cv2.line(picture, ends[i], ends[(i + 1) % len(ends)], SEEN, 2, cv2.LINE_AA, 4)
 
 
-def visible_lines(
-    paper: Paper, grid: Grid, motion: Isometry
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def visible_lines(paper: Paper, grid: Grid, motion: Isometry) -> tuple[Mask, Mask]:
     """The diagram's silhouette, and the other borders of faces that nothing covers, as masks on a grid."""
     covered = is_paper(draw_paper(paper, grid, motion)).astype(np.uint8)
     silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Floats, RgbImage
+from folding_server.arrays import Floats, Mask, RgbImage
 from folding_server.vision.grid import Grid
 
 SHEET = ((0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
@@ -49,7 +49,7 @@ class Pose:
         """Photo pixels (N, 2) to the plane."""
         return _project(self.to_plane_matrix, pixels)
 
-    def rectify(self, rgb: RgbImage, grid: Grid) -> tuple[RgbImage, npt.NDArray[np.bool_]]:
+    def rectify(self, rgb: RgbImage, grid: Grid) -> tuple[RgbImage, Mask]:
         """The photo seen straight from above on a grid, and which pixels lie within the photo."""
         shrink = max(1.0, self.pixels_per_unit / grid.pixels_per_unit)
         size = (max(1, round(rgb.shape[1] / shrink)), max(1, round(rgb.shape[0] / shrink)))

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.arrays import Image, RgbImage
+from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.vision.appearance import ColourModels
 from folding_server.vision.camera import scales_of
 from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
@@ -71,7 +70,7 @@ class _Working:
 
     rgb: RgbImage
     shares: Image
-    unknown: npt.NDArray[np.bool_]
+    unknown: Mask
     clearness: Image
     edges: Image
 

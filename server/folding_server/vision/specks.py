@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Image, Mask
+from folding_server.arrays import Bools, Float32s, Image, Mask
 from folding_server.vision.appearance import Look, pixel_cost
 from folding_server.vision.colours import lab_to_linear, linear_to_lab
 from folding_server.vision.grid import Grid
@@ -42,7 +42,7 @@ class ClassEvidence:
 
     lab: Image
     costs: Image
-    lights: npt.NDArray[np.float32]
+    lights: Float32s
     looks: tuple[Look, ...]
 
 
@@ -127,7 +127,7 @@ def _believed(
 def _gains(
     rows: RegionNumbers,
     cols: RegionNumbers,
-    near: Mask,
+    near: Bools,
     value: int,
     evidence: ClassEvidence,
     least: float = 0.0,
@@ -152,7 +152,7 @@ def _gains(
 
 def _mixed_cost(
     pixels: Image,
-    lights: npt.NDArray[np.float32],
+    lights: Float32s,
     first: int,
     second: int,
     looks: Sequence[Look],

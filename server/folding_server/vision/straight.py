@@ -2,9 +2,8 @@
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.arrays import Floats, Image, RgbImage
+from folding_server.arrays import Bools, Floats, Image, RgbImage
 from folding_server.vision.colours import linear_from_table
 
 _STEP = 0.25
@@ -16,7 +15,7 @@ FAINTEST_STEP = 0.012
 
 
 def refine_polygon(
-    rgb: RgbImage, corners: Floats, reach: float, rounds: int = 3, fixed: npt.NDArray[np.bool_] | None = None
+    rgb: RgbImage, corners: Floats, reach: float, rounds: int = 3, fixed: Bools | None = None
 ) -> Floats:
     """Corners (N, 2) in (column, row), moved so that every side lies on an edge of the picture.
 

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from folding_server.arrays import Floats
+from folding_server.arrays import Float32s, Floats
 
 _TERMS = {0: 1, 1: 3, 2: 6}
 _SAMPLES = 12_000
@@ -32,13 +31,13 @@ class Surface:
     covariance: Floats
     span: tuple[float, float, float, float]
 
-    def at(self, x: Floats, y: Floats) -> npt.NDArray[np.float32]:
+    def at(self, x: Floats, y: Floats) -> Float32s:
         """The colour at coordinates of any shape, (..., 3) float32."""
         low_x, low_y, high_x, high_y = self.span
         terms = basis(np.clip(x, low_x, high_x), np.clip(y, low_y, high_y), self.order)
         return (terms.astype(np.float32) @ self.coefficients.astype(np.float32)).astype(np.float32)
 
-    def on(self, columns: Floats, rows: Floats) -> npt.NDArray[np.float32]:
+    def on(self, columns: Floats, rows: Floats) -> Float32s:
         """The colour over a raster with these column and row coordinates, (rows, cols, 3) float32."""
         low_x, low_y, high_x, high_y = self.span
         x, y = np.meshgrid(np.clip(columns, low_x, high_x), np.clip(rows, low_y, high_y))

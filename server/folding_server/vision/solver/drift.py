@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Image
+from folding_server.arrays import Floats, Image, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
 from folding_server.vision.fitting.alignment import nudged
@@ -29,11 +29,11 @@ _POINTS = 220
 class Edges:
     """Points (n, 2) in pixels (column, row) on the borders between classes, and the bin of each one's direction (n,)."""
 
-    points: npt.NDArray[np.float64]
+    points: Floats
     bins: npt.NDArray[np.int64]
 
 
-def edges_of(labels: LabelImage, known: npt.NDArray[np.bool_]) -> Edges:
+def edges_of(labels: LabelImage, known: Mask) -> Edges:
     """The borders between background, front and back in a label image, away from what is unknown."""
     strength = np.zeros(labels.shape, np.float32)
     direction = np.zeros(labels.shape, np.float32)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Floats, Image, Mask
+from folding_server.arrays import Floats, Image, Indices, Mask
 
 AVERAGED_LENGTH, AVERAGED_DIRECTIONS = 13, 12
 """Pixels along which pictures are averaged where no line is given, and in how many directions."""
@@ -65,7 +65,7 @@ class FaintLines:
                 sure[tuple(pixels.T)] = self._sure(pixels)
         return sure
 
-    def _sure(self, line: npt.NDArray[np.intp]) -> float:
+    def _sure(self, line: Indices) -> float:
         """How surely a line (n, 2) shows: what it shows in the mean against what the same line shows beside."""
         here, _ = self._means(line, _HERE)
         shifts = (_BESIDE[:, None] + _HERE[None]).reshape(-1, 2)
@@ -79,7 +79,7 @@ class FaintLines:
         stands_out = (float(np.abs(here).max()) - middle) / max(spread, _TINY)
         return float(np.clip((stands_out - low) / (high - low), 0, 1))
 
-    def _means(self, line: npt.NDArray[np.intp], shifts: npt.NDArray[np.int_]) -> tuple[Floats, Floats]:
+    def _means(self, line: Indices, shifts: npt.NDArray[np.int_]) -> tuple[Floats, Floats]:
         """For each shift of a line the mean change along it, and the share of it that can be compared, both (n,)."""
         rows, cols = (line[None] + shifts[:, None]).transpose(2, 0, 1)
         inside = (rows >= 0) & (cols >= 0) & (rows < self._weight.shape[0]) & (cols < self._weight.shape[1])

@@ -11,7 +11,7 @@ from math import dist
 
 import numpy as np
 
-from folding_server.arrays import Floats, Mask
+from folding_server.arrays import Bools, Floats
 from folding_server.geometry.convex import SPECK, area, clip, overlap
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, Point, line_through
@@ -180,7 +180,7 @@ def _closure(seed: int, takes: Sequence[int], known: Mapping[int, int]) -> int:
     return found
 
 
-def _as_bits(flags: Mask) -> int:
+def _as_bits(flags: Bools) -> int:
     """The places that are true, as bits."""
     return sum(1 << i for i in np.nonzero(flags)[0].tolist())
 

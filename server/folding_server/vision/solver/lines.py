@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Floats, Mask
+from folding_server.arrays import Bools, Floats, Mask
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, Point
 from folding_server.simulator.paper import Paper
@@ -17,7 +17,7 @@ from folding_server.vision.fitting.scene import Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, LabelImage, is_paper
 from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
 
-Lines = npt.NDArray[np.float64]
+Lines = Floats
 """(n, 3): unit normal towards the moving side, and offset."""
 
 SAME_LANDMARK = 2e-3
@@ -28,10 +28,10 @@ LONG_SIDE = 0.15
 """Sides at least this long (sheet units) have a middle that a folder may aim at."""
 
 
-def distinct_points(paper: Paper) -> npt.NDArray[np.float64]:
+def distinct_points(paper: Paper) -> Floats:
     """The folded positions of the vertices, coincident ones once, (n, 2)."""
     points = np.array(sorted(paper.folded_vertices_coords.values()))
-    kept: list[npt.NDArray[np.float64]] = []
+    kept: list[Floats] = []
     for p in points:
         if all(np.hypot(*(p - q)) > SAME_LANDMARK for q in kept):
             kept.append(p)
@@ -114,7 +114,7 @@ def _bisectors(edges: Lines) -> Lines:
     return np.asarray(both[usable] / norm[usable, None])
 
 
-def _square_to(edges: Lines, points: npt.NDArray[np.float64]) -> Lines:
+def _square_to(edges: Lines, points: Floats) -> Lines:
     """Lines through each point at right angles to each edge direction, and parallel to it."""
     rows = []
     for normal in (edges[:, :2], np.stack([-edges[:, 1], edges[:, 0]], axis=1)):
@@ -171,7 +171,7 @@ def best_supported(lines: Lines, support: Floats, least: float, most: int) -> Li
     return lines[np.concatenate(chosen)] if chosen else lines[:0]
 
 
-def as_line(row: npt.NDArray[np.float64]) -> Line:
+def as_line(row: Floats) -> Line:
     """One row of a (n, 3) array as a line."""
     nx, ny, offset = row.tolist()
     return Line(nx, ny, offset)
@@ -190,9 +190,9 @@ class ChangedPoints:
     ``gone`` was paper and is table now, ``came`` was table and is paper, ``turned`` is paper that changed its class.
     """
 
-    gone: npt.NDArray[np.float64]
-    came: npt.NDArray[np.float64]
-    turned: npt.NDArray[np.float64]
+    gone: Floats
+    came: Floats
+    turned: Floats
     before: LabelImage
     scene: Scene
     motion: Isometry
@@ -215,20 +215,20 @@ class ChangedPoints:
                 least = np.minimum(least, np.concatenate([rule(part, points).mean(axis=1) for part in parts]))
         return least
 
-    def _gone(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+    def _gone(self, lines: Lines, points: Floats) -> Bools:
         side, images = _mirrored(lines, points)
         landed = self._look(self.scene.labels, images)
         return np.asarray((side > -_MARGIN) & (landed != BACKGROUND))
 
-    def _came(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+    def _came(self, lines: Lines, points: Floats) -> Bools:
         side, images = _mirrored(lines, points)
         return np.asarray((side < _MARGIN) & is_paper(self._look(self.before, images)))
 
-    def _turned(self, lines: Lines, points: npt.NDArray[np.float64]) -> Mask:
+    def _turned(self, lines: Lines, points: Floats) -> Bools:
         side, images = _mirrored(lines, points)
         return np.asarray((side > -_MARGIN) | is_paper(self._look(self.before, images)))
 
-    def _look(self, labels: LabelImage, points: npt.NDArray[np.float64]) -> LabelImage:
+    def _look(self, labels: LabelImage, points: Floats) -> LabelImage:
         """The label under each point of the paper's plane; background outside the picture."""
         return self.scene.grid.under(carried(points, self.motion), labels)
 
@@ -240,9 +240,7 @@ _MARGIN = 0.02
 _POINTS = 250
 
 
-def _mirrored(
-    lines: Lines, points: npt.NDArray[np.float64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _mirrored(lines: Lines, points: Floats) -> tuple[Floats, Floats]:
     """Signed distances (n, k) of points from lines, and their mirror images (n, k, 2)."""
     side = lines[:, :2] @ points.T - lines[:, 2:3]
     return side, points[None] - 2 * side[..., None] * lines[:, None, :2]
@@ -266,7 +264,7 @@ def _opened(mask: Mask) -> Mask:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)
 
 
-def _points(mask: Mask, scene: Scene, back: Isometry) -> npt.NDArray[np.float64]:
+def _points(mask: Mask, scene: Scene, back: Isometry) -> Floats:
     """Up to some hundred points spread over a mask, in the paper's plane (n, 2)."""
     rows, cols = spread_over(mask, _POINTS)
     return carried(scene.grid.to_plane(np.stack([cols, rows], axis=1)), back)

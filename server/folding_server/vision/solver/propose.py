@@ -17,8 +17,8 @@ from folding_server.vision.labels import is_paper
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import Eyes, SeenFrame
 from folding_server.vision.solver.inner_edges import sight
-from folding_server.vision.solver.motions import locate
 from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.sheet_motions import locate
 from folding_server.vision.solver.swings import contradiction, watched_places
 from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from folding_server.arrays import Floats, Mask
+from folding_server.arrays import Bools, Floats
 from folding_server.geometry.isometry import Isometry, turn
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
@@ -41,10 +41,10 @@ class WatchedPlaces:
     """
 
     places: Floats
-    changed: Mask
-    still: Mask
-    turned: Mask
-    bare: Mask
+    changed: Bools
+    still: Bools
+    turned: Bools
+    bare: Bools
 
 
 def watched_places(movement: ObservedMovement, last: Isometry) -> WatchedPlaces:
@@ -86,10 +86,10 @@ def contradiction(before: Paper, after: Paper, seen: WatchedPlaces) -> float:
 class _Layer:
     """One face at each place: whether it is ``here``, the point of the ``sheet`` there, and what becomes of that."""
 
-    here: Mask
+    here: Bools
     sheet: Floats
-    moves: Mask
-    turns: Mask
+    moves: Bools
+    turns: Bools
 
 
 def _layer(before: Paper, after: Paper, face: int, places: Floats) -> _Layer:
@@ -111,7 +111,7 @@ def _topmost(layers: Sequence[_Layer]) -> _Layer:
     )
 
 
-def _turning(before: Paper, after: Paper, places: Floats) -> list[Mask]:
+def _turning(before: Paper, after: Paper, places: Floats) -> list[Bools]:
     """Which places the paper covers at each eighth of the way of a turn of the whole of it in its plane."""
     face = next(iter(before.faces))
     whole = after.isometries[face].after(before.isometries[face].inverse())
@@ -125,7 +125,7 @@ def _turning(before: Paper, after: Paper, places: Floats) -> list[Mask]:
     ]
 
 
-def _covered(paper: Paper, places: Floats) -> Mask:
+def _covered(paper: Paper, places: Floats) -> Bools:
     return np.asarray(np.any([_inside(paper.polygon(face), places) for face in paper.faces], axis=0))
 
 
@@ -138,7 +138,7 @@ def _on_top(paper: Paper, places: Floats) -> Floats:
     return sheet
 
 
-def _now_at(paper: Paper, sheet: Floats) -> tuple[Floats, Mask]:
+def _now_at(paper: Paper, sheet: Floats) -> tuple[Floats, Bools]:
     """Where points of the sheet lie now, and whether back up."""
     now, back = np.full_like(sheet, NOWHERE), np.zeros(len(sheet), bool)
     for face in paper.faces:
@@ -148,7 +148,7 @@ def _now_at(paper: Paper, sheet: Floats) -> tuple[Floats, Mask]:
     return now, back
 
 
-def _inside(outline: Sequence[Point], places: Floats) -> Mask:
+def _inside(outline: Sequence[Point], places: Floats) -> Bools:
     """Which places a convex outline contains."""
     corners = np.array(outline)
     sides = np.roll(corners, -1, axis=0) - corners

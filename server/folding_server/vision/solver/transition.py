@@ -12,9 +12,9 @@ from folding_server.vision.solver.drift import HANDHELD_DRIFT, SLIGHT_DRIFT, Dri
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
-from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.quiet_folds import quiet_folds
+from folding_server.vision.solver.sheet_motions import likely_motions
 from folding_server.vision.solver.single_folds import as_plans, fold_search, line_plans
 from folding_server.vision.solver.two_actions import fold_after, two_folds
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans

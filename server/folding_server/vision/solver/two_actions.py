@@ -9,9 +9,9 @@ from folding_server.vision.fitting.scene import Views
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.joint import FoldMade, TwoFolds
 from folding_server.vision.solver.measuring import measured
-from folding_server.vision.solver.motions import likely_motions
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import realise
+from folding_server.vision.solver.sheet_motions import likely_motions
 from folding_server.vision.solver.single_folds import as_plans, fold_search
 
 EASY_FACES = 12

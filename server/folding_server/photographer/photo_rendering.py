@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.photographer.gripping import grasping_hand
+from folding_server.photographer.grasp import grasping_hand
 from folding_server.photographer.hand_model import PlacedHand, reaching_hand, render_hand
 from folding_server.photographer.layer_rendering import Shading, paint_stack, shadow_direction
 from folding_server.photographer.lighting import frame_lamp, lamp_light
