@@ -139,7 +139,7 @@ class Stage:
 
     def grip(self, beat: Beat, done: float) -> tuple[Matrix, str] | None:
         """The spot (3,) that the beat's hand holds when part of its movement is done, and the hand's side."""
-        return self.session.grip(self._under_way(beat, done))
+        return self.session.grasp(self._under_way(beat, done))
 
     def pixel(self, spot: Matrix) -> Matrix:
         """Where a spot over the table is in the picture."""

@@ -52,6 +52,8 @@ class Flip(Wire):
 
 
 Action = Annotated[AddVertex | Fold | Unfold | Rotate | Flip, Field(discriminator="action")]
+Actions = tuple[Action, ...]
+"""Actions in the order in which they are done."""
 
 
 class Program(Wire):
@@ -64,5 +66,5 @@ class Program(Wire):
     front_color: str | None = None
     back_color: str | None = None
     sheet: tuple[float, float] = (1.0, 1.0)
-    steps: tuple[tuple[Action, ...], ...] = ()
+    steps: tuple[Actions, ...] = ()
     comment: str | None = None

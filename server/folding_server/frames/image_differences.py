@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from folding_server.arrays import Float32s, Mask
+from folding_server.arrays import Float32s, Mask, RgbImage
 
 SmallImage = Float32s
 """A small RGB picture, float32, shape (height, width, 3), values 0 to 255."""
@@ -21,7 +21,7 @@ _DARK = 12.0
 _SPARSE = 3
 
 
-def soften(image: NDArray[np.uint8]) -> SmallImage:
+def soften(image: RgbImage) -> SmallImage:
     """The picture as floats, with the finest grain smoothed away."""
     return cast("SmallImage", cv2.blur(image.astype(np.float32), (3, 3)))
 

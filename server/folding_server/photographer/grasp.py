@@ -5,8 +5,8 @@ from dataclasses import replace
 from math import cos, radians, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from folding_server.arrays import ByteMask
 from folding_server.geometry.line import Point
 from folding_server.photographer.hand_model import (
     HAND_LENGTH,
@@ -75,7 +75,7 @@ def grasping_hand(
     side: str,
     spot: Matrix,
     camera: Camera,
-    coverage: NDArray[np.uint8],
+    coverage: ByteMask,
     unit: float,
 ) -> PlacedHand:
     """The hand that holds a ``spot`` (3,) over the table, the same during all of the way from a keyframe.
@@ -91,8 +91,8 @@ def grasping_hand(
     x, y = camera.project(spot)[0]
     dx, dy = _fingertips(hand, angle)
     wrist = (float(x - scale * dx), float(y + scale * dy))
-    reach = PlacedHand(hand, side, wrist, scale, angle, 0.0)
-    return PlacedHand(hand, side, wrist, scale, angle, covered_share(reach, coverage))
+    placed = PlacedHand(hand, side, wrist, scale, angle, 0.0)
+    return PlacedHand(hand, side, wrist, scale, angle, covered_share(placed, coverage))
 
 
 def _fingertips(hand: Hand, angle: float) -> Point:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from folding_server.arrays import Float32s
+from folding_server.arrays import ByteMask, Float32s
 from folding_server.photographer.color_spaces import floats, linear_color
 from folding_server.photographer.levels import Level
 from folding_server.photographer.rng import stream
@@ -73,7 +72,7 @@ class PlacedHand:
     wrist: tuple[float, float]
     scale: float
     angle: float
-    cover: float
+    covered: float
 
 
 @dataclass(frozen=True)
@@ -87,9 +86,7 @@ class RenderedHand:
     light: Float32s
 
 
-def reaching_hand(
-    seed: int, level: Level, frame: int, coverage: NDArray[np.uint8], unit: float
-) -> PlacedHand | None:
+def reaching_hand(seed: int, level: Level, frame: int, coverage: ByteMask, unit: float) -> PlacedHand | None:
     """The hand in a frame, if there is one: over the edge of the paper, covering at most a fifth of it.
 
     ``coverage`` is the paper in the picture (0 to 255), ``unit`` pixels to a sheet side. The first frame has
@@ -107,25 +104,25 @@ def reaching_hand(
     for back in np.arange(-0.1, 2.0, 0.04):
         distance = scale * (0.8 + back)
         wrist = (aim[0] - distance * cos(radians(angle)), aim[1] + distance * sin(radians(angle)))
-        reach = PlacedHand(hand, side, wrist, scale, angle, 0.0)
-        cover = covered_share(reach, coverage)
-        if cover <= most:
-            return PlacedHand(hand, side, wrist, scale, angle, cover) if cover > 0.01 else None
+        placed = PlacedHand(hand, side, wrist, scale, angle, 0.0)
+        covered = covered_share(placed, coverage)
+        if covered <= most:
+            return PlacedHand(hand, side, wrist, scale, angle, covered) if covered > 0.01 else None
     return None
 
 
-def _aim(rng: np.random.Generator, coverage: NDArray[np.uint8]) -> tuple[float, float]:
+def _aim(rng: np.random.Generator, coverage: ByteMask) -> tuple[float, float]:
     """A spot on the paper that the fingers go for."""
     ys, xs = np.nonzero(coverage > 127)
     i = int(rng.integers(len(xs)))
     return 0.5 * (float(xs[i]) + float(xs.mean())), 0.5 * (float(ys[i]) + float(ys.mean()))
 
 
-def covered_share(reach: PlacedHand, coverage: NDArray[np.uint8]) -> float:
+def covered_share(placed: PlacedHand, coverage: ByteMask) -> float:
     """Part of the paper that a hand hides, measured on every fourth pixel."""
     coarse = coverage[::4, ::4] > 127
-    points = _local(reach, coverage.shape, 4)
-    reachable = np.maximum(_height(reach.hand.limbs, points), _sleeve(reach.hand, points)) > 0
+    points = _local(placed, coverage.shape, 4)
+    reachable = np.maximum(_height(placed.hand.limbs, points), _sleeve(placed.hand, points)) > 0
     return float((reachable & coarse).sum() / max(coarse.sum(), 1))
 
 
@@ -173,13 +170,13 @@ def _finger(
     return parts
 
 
-def _local(reach: PlacedHand, shape: tuple[int, ...], step: int = 1) -> tuple[Float32s, Float32s]:
+def _local(placed: PlacedHand, shape: tuple[int, ...], step: int = 1) -> tuple[Float32s, Float32s]:
     """Coordinates in the hand's own frame of every ``step``-th pixel of a picture of a shape."""
     y, x = np.mgrid[0 : shape[0] : step, 0 : shape[1] : step].astype(np.float32)
-    dx, dy = (x + 0.5 - reach.wrist[0]) / reach.scale, -(y + 0.5 - reach.wrist[1]) / reach.scale
-    c, s = cos(radians(reach.angle)), sin(radians(reach.angle))
+    dx, dy = (x + 0.5 - placed.wrist[0]) / placed.scale, -(y + 0.5 - placed.wrist[1]) / placed.scale
+    c, s = cos(radians(placed.angle)), sin(radians(placed.angle))
     along, across = c * dx + s * dy, s * dx - c * dy
-    return ((-across if reach.hand.left else across).astype(np.float32), along.astype(np.float32))
+    return ((-across if placed.hand.left else across).astype(np.float32), along.astype(np.float32))
 
 
 def _height(limbs: tuple[Limb, ...], points: tuple[Float32s, Float32s]) -> Float32s:
@@ -202,26 +199,27 @@ def _sleeve(hand: Hand, points: tuple[Float32s, Float32s]) -> Float32s:
 
 
 def render_hand(
-    reach: PlacedHand, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int
+    placed: PlacedHand, shape: tuple[int, int], towards: tuple[float, float], seed: int, frame: int
 ) -> RenderedHand:
     """Skin, nails and sleeve of a hand in a picture of (height, width), and its soft shadow thrown
     ``towards``.
     """
-    points = _local(reach, shape)
+    points = _local(placed, shape)
     rng = stream(seed, "skin", frame)
-    flesh, cloth = _height(reach.hand.limbs, points), _sleeve(reach.hand, points)
-    skin_light = _lit(flesh, reach, towards, 0.014)
-    color = linear_color(reach.hand.skin) * (skin_light * _mottled(rng, shape))[..., None]
+    flesh, cloth = _height(placed.hand.limbs, points), _sleeve(placed.hand, points)
+    skin_light = _lit(flesh, placed, towards, 0.014)
+    color = linear_color(placed.hand.skin) * (skin_light * _mottled(rng, shape))[..., None]
     thin = np.exp(-flesh / 0.025)[..., None] * np.array([0.04, -0.05, -0.06], np.float32)
-    color = _with_nails(color * (1 + thin), reach.hand, points, skin_light)
+    color = _with_nails(color * (1 + thin), placed.hand, points, skin_light)
     sleeve = (
-        linear_color(reach.hand.cloth) * (_lit(cloth, reach, towards, 0.02) * _woven(rng, points))[..., None]
+        linear_color(placed.hand.cloth)
+        * (_lit(cloth, placed, towards, 0.02) * _woven(rng, points))[..., None]
     )
-    over, bare = _edge(cloth, reach.scale), _edge(flesh, reach.scale)
+    over, bare = _edge(cloth, placed.scale), _edge(flesh, placed.scale)
     opacity = np.maximum(bare, over)
     share = (over / np.maximum(over + bare * (1 - over), 1e-3))[..., None]
     mixed = (color * (1 - share) + sleeve * share).astype(np.float32)
-    return RenderedHand(mixed, opacity, _shadow(opacity, reach.scale, towards))
+    return RenderedHand(mixed, opacity, _shadow(opacity, placed.scale, towards))
 
 
 def _edge(height: Float32s, scale: float) -> Float32s:
@@ -230,13 +228,13 @@ def _edge(height: Float32s, scale: float) -> Float32s:
     return floats(cv2.GaussianBlur(solid, (0, 0), max(0.6, scale / 700)))
 
 
-def _lit(height: Float32s, reach: PlacedHand, towards: tuple[float, float], soften: float) -> Float32s:
+def _lit(height: Float32s, placed: PlacedHand, towards: tuple[float, float], soften: float) -> Float32s:
     """Brightness of a rounded surface under the lamp, darker where limbs meet."""
-    smooth = cv2.GaussianBlur(height, (0, 0), max(soften * reach.scale, 0.5)) * np.float32(reach.scale)
+    smooth = cv2.GaussianBlur(height, (0, 0), max(soften * placed.scale, 0.5)) * np.float32(placed.scale)
     slope_y, slope_x = np.gradient(smooth)
     facing = (slope_x * towards[0] + slope_y * towards[1] + 1.1) / np.sqrt(slope_x**2 + slope_y**2 + 1)
-    wide = cv2.GaussianBlur(height, (0, 0), 0.05 * reach.scale) * np.float32(reach.scale)
-    crevice = np.clip((smooth - wide) / (0.05 * reach.scale), -1, 0.3)
+    wide = cv2.GaussianBlur(height, (0, 0), 0.05 * placed.scale) * np.float32(placed.scale)
+    crevice = np.clip((smooth - wide) / (0.05 * placed.scale), -1, 0.3)
     return floats(np.clip(0.42 + 0.42 * facing + 0.18 * crevice, 0.12, 1.15))
 
 

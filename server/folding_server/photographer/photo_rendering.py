@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from folding_server.arrays import ByteMask, RgbImage
 from folding_server.photographer.grasp import grasping_hand
 from folding_server.photographer.hand_model import PlacedHand, reaching_hand, render_hand
 from folding_server.photographer.layer_rendering import Shading, paint_stack, shadow_direction
@@ -22,11 +22,11 @@ from folding_server.simulator import Paper
 class HandInPhoto:
     """A hand in a picture, and the pixels (height, width) that it hides, 0 or 255."""
 
-    reach: PlacedHand
-    hidden: NDArray[np.uint8]
+    placed: PlacedHand
+    hidden: ByteMask
 
 
-def render_photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], HandInPhoto | None]:
+def render_photo(session: Session, moment: Moment) -> tuple[RgbImage, HandInPhoto | None]:
     """One picture (height, width, 3) RGB, and the hand in it."""
     scene, seed = session.scene, session.seed
     view = session.view(moment)
@@ -41,14 +41,14 @@ def render_photo(session: Session, moment: Moment) -> tuple[NDArray[np.uint8], H
         _tones(seed, moment, view.paper),
     )
     lit = albedo * light[..., None]
-    reach = _hand(session, moment, coverage)
-    covering = None
-    if reach is not None:
-        cover = render_hand(reach, coverage.shape, towards, seed, moment.number)
-        opacity = cover.opacity[..., None]
-        lit = lit * cover.light[..., None] * (1 - opacity) + cover.color * opacity
-        covering = HandInPhoto(reach, (cover.opacity > 0.5).astype(np.uint8) * np.uint8(255))
-    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, moment.number), covering
+    placed = _hand(session, moment, coverage)
+    hand = None
+    if placed is not None:
+        rendered = render_hand(placed, coverage.shape, towards, seed, moment.number)
+        opacity = rendered.opacity[..., None]
+        lit = lit * rendered.light[..., None] * (1 - opacity) + rendered.color * opacity
+        hand = HandInPhoto(placed, (rendered.opacity > 0.5).astype(np.uint8) * np.uint8(255))
+    return expose(lit * lamp_light(scene, lamp, session.size), scene, seed, moment.number), hand
 
 
 def _tones(seed: int, moment: Moment, paper: Paper) -> dict[int, float]:
@@ -58,13 +58,13 @@ def _tones(seed: int, moment: Moment, paper: Paper) -> dict[int, float]:
     return dict(zip(sorted(paper.faces), tones.tolist(), strict=True))
 
 
-def _hand(session: Session, moment: Moment, coverage: NDArray[np.uint8]) -> PlacedHand | None:
+def _hand(session: Session, moment: Moment, coverage: ByteMask) -> PlacedHand | None:
     """The hand in a picture, if there is one: over the paper at a keyframe, moving it in between."""
     seed, unit = session.seed, session.unit
     if moment.image == 0:
         return reaching_hand(seed, session.level, moment.keyframe, coverage, unit)
-    grip = session.grip(moment)
-    if grip is None:
+    grasp = session.grasp(moment)
+    if grasp is None:
         return None
-    spot, side = grip
+    spot, side = grasp
     return grasping_hand(seed, moment.keyframe, side, spot, session.camera(moment), coverage, unit)

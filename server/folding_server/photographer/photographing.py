@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from folding_schemas.actions import Program
-from numpy.typing import NDArray
 
+from folding_server.arrays import ByteMask
 from folding_server.errors import PhotoError
 from folding_server.photographer.color_spaces import near_color
 from folding_server.photographer.hand_model import PlacedHand
@@ -68,8 +67,8 @@ def photograph(
         name = f"{index:06d}.jpg"
         (frames / name).write_bytes(jpeg(picture, session.level.quality))
         mask = None if hand is None else _write_mask(folder, index, hand.hidden)
-        reach = None if hand is None else hand.reach
-        images.append(_truth(session, program, moment, f"frames/{name}", reach, mask))
+        placed = None if hand is None else hand.placed
+        images.append(_truth(session, program, moment, f"frames/{name}", placed, mask))
         if progress is not None and moment.image == 0:
             progress(moment.keyframe + 1, len(session.papers))
     _write_documents(folder, program, session, images, level)
@@ -107,7 +106,7 @@ def _truth(
     )
 
 
-def _write_mask(folder: Path, index: int, hidden: NDArray[np.uint8]) -> str:
+def _write_mask(folder: Path, index: int, hidden: ByteMask) -> str:
     """Write which pixels a hand hides, and say where."""
     name = f"masks/{index:06d}.png"
     (folder / "masks").mkdir(exist_ok=True)

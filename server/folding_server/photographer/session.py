@@ -79,7 +79,7 @@ class Session:
             return self.placement(moment.keyframe)
         return self._moving(moment, *self.under_way(moment))
 
-    def grip(self, moment: Moment) -> tuple[Matrix, str] | None:
+    def grasp(self, moment: Moment) -> tuple[Matrix, str] | None:
         """The spot (3,) over the table that a hand holds at a moment, and the side that it comes from.
 
         None where nothing moves, and at levels without hands.

@@ -3,20 +3,16 @@ coordinates.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
-from folding_server.arrays import Float32s
+from folding_server.arrays import ByteMask, Float32s
 from folding_server.photographer.color_spaces import floats, linear_color
 from folding_server.photographer.photo_scene import PhotoScene
 from folding_server.photographer.pinhole_camera import Matrix
 from folding_server.photographer.rng import stream
 from folding_server.simulator import Paper
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SHEET_TEXTURE_SIDE = 1024
 """Texture pixels along one sheet side."""
@@ -101,7 +97,7 @@ def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Float32s, Float32s
     """Coverage 0 to 1 of the two flanks of all creases."""
     flanks = []
     for side in (-1, 1):
-        mask: NDArray[np.uint8] = np.zeros(sheet.front.shape[:2], np.uint8)
+        mask: ByteMask = np.zeros(sheet.front.shape[:2], np.uint8)
         for (u, v), assignment in paper.edges():
             if assignment != "B":
                 ends = _texture_points(sheet, [paper.vertices_coords[u], paper.vertices_coords[v]])

@@ -102,13 +102,13 @@ def _action(action: Action, before: Paper, after: Paper) -> dict[str, Any]:
     return plain
 
 
-def _hand(reach: PlacedHand) -> dict[str, Any]:
+def _hand(placed: PlacedHand) -> dict[str, Any]:
     """What is known of a hand; ``cover`` is the part of the paper that it hides."""
     return {
-        "pose": reach.hand.pose,
-        "side": reach.side,
-        "left": reach.hand.left,
-        "cover": round(reach.cover, 4),
+        "pose": placed.hand.pose,
+        "side": placed.side,
+        "left": placed.hand.left,
+        "cover": round(placed.covered, 4),
     }
 
 

@@ -6,6 +6,8 @@ the second in place, both creases and the drift are moved at once until all of t
 
 from dataclasses import dataclass, replace
 
+from folding_schemas.actions import Actions
+
 from folding_server.geometry.isometry import Isometry
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Vector, nudged, polished, scale_of
@@ -15,7 +17,7 @@ from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import FoldFound
 from folding_server.vision.solver.leaves import Leaves
 from folding_server.vision.solver.plan import zoom_cost
-from folding_server.vision.solver.realise import Actions, realise
+from folding_server.vision.solver.realise import realise
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from math import pi
 
 import cv2
 import numpy as np
+from folding_schemas.actions import Actions
 
 from folding_server.geometry.convex import clip
 from folding_server.geometry.isometry import Isometry, mirror
@@ -29,7 +30,7 @@ from folding_server.vision.solver.lines import (
     lines_across,
 )
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.realise import Actions, realise
+from folding_server.vision.solver.realise import realise
 
 LEAST_TRACE, LEAST_EXPLAINED = 0.012, 0.008
 """If less than the first looks different, in all (sheet units of line), nothing was folded; a plan that explains less than

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, combinations
 from math import dist
 
-from folding_schemas.actions import Action, AddVertex, Direction, Fold
+from folding_schemas.actions import Actions, AddVertex, Direction, Fold
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.line import Line, Point, between, line_through
@@ -15,7 +15,6 @@ from folding_server.simulator.paper import Edge, Paper
 from folding_server.simulator.state_diff import turned_faces
 from folding_server.vision.solver.leaves import NEAR_LINE, Leaves, MovingSet
 
-Actions = tuple[Action, ...]
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
 NICE_REACH, NICE_SHARE = 0.0015, 0.005
 """A crossing this near a simple fraction of its edge is taken to be there (in sheet units, and as a share of the edge: on a

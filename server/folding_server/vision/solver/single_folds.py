@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from folding_schemas.actions import Actions
 from folding_schemas.results import ActionClass
 
 from folding_server.geometry.isometry import Isometry
@@ -20,7 +21,7 @@ from folding_server.vision.solver.lines import (
 )
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.realise import Actions, realise
+from folding_server.vision.solver.realise import realise
 
 NEARLY_BEST = 0.02
 """Folds along landmarks that look worse than the best by more are not compared by their lines."""
