@@ -46,7 +46,7 @@ class Look:
 
 @dataclass(frozen=True)
 class ColourModels:
-    """How everything looks. ``back`` is None if the sides look alike or the back was never seen."""
+    """The colour models of table, front and back. ``back`` is None if the sides look alike or the back was never seen."""
 
     table: Look
     front: Look
