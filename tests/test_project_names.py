@@ -58,7 +58,7 @@ NAMES_TO_TELL_APART: frozenset[str] = frozenset(
         *("Actions", "Count", "Frame", "SequenceName", "check"),
         # client
         *("Answer", "CreasePattern", "Event", "EventLog", "FILES", "FORMAT", "Form", "NEAR", "Out"),
-        *("Progress", "Role", "Shown", "TOLERANCE", "in_brief", "replay", "write_sequence"),
+        *("Progress", "Role", "Shown", "TOLERANCE", "described", "in_brief", "replay", "write_sequence"),
     }
 )
 FILES_TO_TELL_APART: frozenset[str] = frozenset({"folding.py"})

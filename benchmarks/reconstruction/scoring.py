@@ -10,7 +10,7 @@ from statistics import mean, median
 from corpus import Subject
 from exactness import exactness
 from folding_schemas.actions import Action, Program, Rotate
-from folding_server.photographer.replaying import action_summary, keyframe_papers
+from folding_server.photographer.replaying import described, keyframe_papers
 from folding_server.simulator import Paper
 from reconstructing import Reconstruction
 from sheet import QUARTERS, line_error
@@ -166,4 +166,4 @@ def _median_error(transitions: Sequence[Transition]) -> float | None:
 
 
 def _words(step: Step) -> tuple[str, ...]:
-    return tuple(action_summary(action) for action in step)
+    return tuple(described(action) for action in step)

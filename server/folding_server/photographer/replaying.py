@@ -25,11 +25,11 @@ def _applied(paper: Paper, action: Action, where: str) -> Paper:
         return apply(paper, action)
     except ActionRefused as refusal:
         raise ProgramError(
-            f"{where} cannot be folded: {action_summary(action)} is refused: {refusal}"
+            f"{where} cannot be folded: {described(action)} is refused: {refusal}"
         ) from refusal
 
 
-def action_summary(action: Action) -> str:
+def described(action: Action) -> str:
     """An action in a few characters, such as ``fold [5, 6] direction -1``."""
     values = action.model_dump(mode="json", exclude_none=True)
     name = values.pop("action")
