@@ -9,8 +9,8 @@ from statistics import mean, median
 
 from corpus import Subject
 from exactness import exactness
-from folding_schemas.actions import Action, Program, Rotate
-from folding_server.photographer.replaying import described, keyframe_papers
+from folding_schemas.actions import Action, Program, Rotate, action_text
+from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper
 from reconstructing import Reconstruction
 from sheet import QUARTERS, line_error
@@ -166,4 +166,4 @@ def _median_error(transitions: Sequence[Transition]) -> float | None:
 
 
 def _words(step: Step) -> tuple[str, ...]:
-    return tuple(described(action) for action in step)
+    return tuple(action_text(action) for action in step)

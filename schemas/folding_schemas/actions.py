@@ -56,6 +56,12 @@ Actions = tuple[Action, ...]
 """Actions in the order in which they are done."""
 
 
+def action_text(action: Action) -> str:
+    """An action as one writes a call of it, such as ``fold([1, 3], 1)``."""
+    values = action.model_dump(mode="json", exclude={"action"}, exclude_none=True).values()
+    return f"{action.action}({', '.join(map(str, values))})"
+
+
 class Program(Wire):
     """An executable folding program: step k leads from keyframe k to keyframe k + 1.
 

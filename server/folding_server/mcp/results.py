@@ -2,8 +2,10 @@
 
 import base64
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
+from folding_schemas.pictures import PictureMeta
 from folding_schemas.wire import Wire
 from mcp.types import CallToolResult, ContentBlock, ImageContent, TextContent
 
@@ -14,7 +16,7 @@ Hosts that read answers as server-sent events refuse an event of more than 1 MiB
 """
 
 
-class Shown(Protocol):
+class EncodedImage(Protocol):
     """A picture ready to send: encoded bytes and their MIME type."""
 
     @property
@@ -26,17 +28,25 @@ class Shown(Protocol):
         """Its MIME type, such as image/jpeg."""
 
 
-def call_tool_result(text: str, model: Wire, *pictures: Shown) -> CallToolResult:
+@dataclass(frozen=True)
+class AnswerPicture:
+    """A picture of an answer, and what it shows."""
+
+    image: EncodedImage
+    meta: PictureMeta
+
+    def content(self) -> ImageContent:
+        """The picture as image content that says in its ``_meta`` what it shows."""
+        data = base64.b64encode(self.image.data).decode("ascii")
+        return ImageContent(data=data, mime_type=self.image.mime, _meta=self.meta.to_meta())
+
+
+def call_tool_result(text: str, model: Wire, *pictures: AnswerPicture) -> CallToolResult:
     """One answer: ``text``, then the model as JSON for hosts that read text alone, then the pictures."""
-    images = [_image(picture) for picture in pictures]
+    images = [picture.content() for picture in pictures]
     _check_size(images)
     content: list[ContentBlock] = [TextContent(text=text), TextContent(text=model.model_dump_json()), *images]
     return CallToolResult(content=content, structured_content=model.model_dump(mode="json"))
-
-
-def _image(picture: Shown) -> ImageContent:
-    """A picture as image content."""
-    return ImageContent(data=base64.b64encode(picture.data).decode("ascii"), mime_type=picture.mime)
 
 
 def _check_size(images: Sequence[ImageContent]) -> None:

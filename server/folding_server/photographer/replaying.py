@@ -1,6 +1,6 @@
 """A program's papers, one for each keyframe."""
 
-from folding_schemas.actions import Action, Program
+from folding_schemas.actions import Action, Program, action_text
 
 from folding_server.errors import ActionRefused, ProgramError
 from folding_server.simulator import Paper, apply, new_paper
@@ -25,13 +25,5 @@ def _applied(paper: Paper, action: Action, where: str) -> Paper:
         return apply(paper, action)
     except ActionRefused as refusal:
         raise ProgramError(
-            f"{where} cannot be folded: {described(action)} is refused: {refusal}"
+            f"{where} cannot be folded: {action_text(action)} is refused: {refusal}"
         ) from refusal
-
-
-def described(action: Action) -> str:
-    """An action in a few characters, such as ``fold [5, 6] direction -1``."""
-    values = action.model_dump(mode="json", exclude_none=True)
-    name = values.pop("action")
-    edge = values.pop("edge", None)
-    return " ".join([name, *([str(edge)] if edge else []), *(f"{k} {v}" for k, v in values.items())])

@@ -1,6 +1,5 @@
 """Where a run stands, as data and in a few words."""
 
-from folding_schemas.actions import Action
 from folding_schemas.results import RunInfo
 
 from folding_server.errors import RunError
@@ -67,9 +66,3 @@ def attempt_in_words(run: RunView) -> str:
     """Which attempt at which frame the pending actions belong to; empty in a free fold."""
     attempt = run.open_attempt
     return f"Attempt {attempt.number} of {run.budget} at frame {attempt.frame}." if attempt else ""
-
-
-def described(action: Action) -> str:
-    """An action as it would be called, such as ``fold([1, 3], 1)``."""
-    values = action.model_dump(mode="json", exclude={"action"}, exclude_none=True)
-    return f"{action.action}({', '.join(str(value) for value in values.values())})"

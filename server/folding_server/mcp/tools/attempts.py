@@ -6,13 +6,14 @@ from folding_schemas.results import AttemptCommitted, AttemptInfo, AttemptList
 from mcp.types import CallToolResult
 from pydantic import Field
 
-from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import LaterFrame, RunId
-from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import SMALL_SIZE, diagram
 from folding_server.mcp.services.run_status import next_step
 from folding_server.simulator import folded_state
-from folding_server.store.views import Attempt
+from folding_server.store.views import Attempt, RunView
 
 Number = Annotated[
     int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1")
@@ -27,7 +28,7 @@ def list_attempts(
     run = app.run(run_id)
     app.sequence(run).index(frame)
     made = run.attempts.get(frame, ())
-    drawn = [diagram(run, app.replays.after(run.sheet, each.path), size=SMALL_SIZE) for each in made]
+    drawn = [_diagram(app, run, each) for each in made]
     listed = AttemptList(frame=frame, budget=run.budget or 0, attempts=[_info(each) for each in made])
     order = f"; the diagrams are those of {', '.join(each.label for each in made)}" if made else ""
     return call_tool_result(f"{len(made)} of {run.budget} attempts at frame {frame}{order}.", listed, *drawn)
@@ -49,6 +50,12 @@ def commit_attempt(
         state=folded_state(app.paper(run)),
     )
     return call_tool_result(f"Frame {frame} is settled with attempt {attempt}. {next_step(run)}", committed)
+
+
+def _diagram(app: AppContext, run: RunView, attempt: Attempt) -> AnswerPicture:
+    """What an attempt came to."""
+    drawn = diagram(run, app.replays.after(run.sheet, attempt.path), size=SMALL_SIZE)
+    return AnswerPicture(drawn, picture_metas.diagram_of_attempt(attempt.frame, attempt.number))
 
 
 def _info(attempt: Attempt) -> AttemptInfo:

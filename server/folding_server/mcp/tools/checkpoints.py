@@ -14,7 +14,8 @@ from pydantic import Field
 
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import Frame, RunId
-from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview
 from folding_server.mcp.services.run_status import checkpoint_at, next_step
 from folding_server.mcp.tool_progress import Progress
@@ -93,7 +94,8 @@ def generate_checkpoint_overview(
     frames = [_column(run, frame) for frame in range(1, run.frames + 1)]
     captions = [f"frame {each.frame}" + ("" if each.saved else " (not saved)") for each in frames]
     text = f"{len(run.checkpoints)} of {run.frames} frames saved; photos above, saved diagrams below."
-    return call_tool_result(text, CheckpointOverview(frames=frames), overview(images, diagrams, captions))
+    shown = AnswerPicture(overview(images, diagrams, captions), picture_metas.overview_of_checkpoints())
+    return call_tool_result(text, CheckpointOverview(frames=frames), shown)
 
 
 def _column(run: RunView, frame: int) -> OverviewFrame:

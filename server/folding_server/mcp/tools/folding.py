@@ -3,13 +3,14 @@
 from typing import Annotated
 
 from folding_schemas import actions
+from folding_schemas.actions import action_text
 from folding_schemas.results import ActionResult
 from mcp.types import CallToolResult
 
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import Axis, Crease, Degrees, Fraction, RunId, Side, VertexIds
 from folding_server.mcp.results import call_tool_result
-from folding_server.mcp.services.run_status import attempt_in_words, described
+from folding_server.mcp.services.run_status import attempt_in_words
 from folding_server.simulator import Paper, folded_state
 from folding_server.simulator.state_diff import StateDifference, state_difference
 from folding_server.simulator.vertices import listed
@@ -49,7 +50,7 @@ def undo(ctx: ToolContext, run_id: RunId = None) -> Answer:
     app = app_context(ctx)
     with app.holding(run_id) as before:
         after = app.store.undo(before.run_id, after=before.seq)
-    said = f"Took back {described(before.pending[-1])}."
+    said = f"Took back {action_text(before.pending[-1])}."
     return _answer(said, after, app.paper(before), app.paper(after))
 
 
@@ -60,7 +61,7 @@ def _act(ctx: ToolContext, run_id: str | None, action: actions.Action) -> CallTo
         check_may_act(before)
         paper = app.replays.after(before.sheet, (*before.actions, action))
         after = app.store.act(before.run_id, action, after=before.seq)
-    return _answer(f"Done: {described(action)}.", after, app.paper(before), paper)
+    return _answer(f"Done: {action_text(action)}.", after, app.paper(before), paper)
 
 
 def _answer(said: str, run: RunView, before: Paper, after: Paper) -> CallToolResult:

@@ -8,7 +8,8 @@ from pydantic import Field
 
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import RunId
-from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.services import picture_metas
 
 if TYPE_CHECKING:
     from folding_server.frames.image_files import EncodedImage
@@ -34,7 +35,11 @@ def export_state(
     file = export(app.paper(run), format, colors, run.current_program())
     text = file.content if isinstance(file.content, str) else None
     exported = Export(format=format, media_type=file.media_type, filename=file.filename, text=text)
-    pictures = [] if isinstance(file.content, str) else [_picture(file.content)]
+    pictures = (
+        []
+        if isinstance(file.content, str)
+        else [AnswerPicture(_picture(file.content), picture_metas.exported_diagram())]
+    )
     return call_tool_result(f"{file.filename} ({file.media_type}).", exported, *pictures)
 
 

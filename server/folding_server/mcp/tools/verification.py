@@ -9,8 +9,8 @@ from pydantic import Field
 from folding_server.errors import RunError
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import Frame, LaterFrame, RunId
-from folding_server.mcp.results import call_tool_result
-from folding_server.mcp.services import presenters
+from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.services import picture_metas, presenters
 from folding_server.mcp.services.images import diagram, photo_beside_others
 from folding_server.mcp.services.run_status import checkpoint_at
 from folding_server.mcp.tool_progress import Progress
@@ -31,7 +31,10 @@ def critic_grid(
     app = app_context(ctx)
     run = app.run(run_id)
     photos = app.sequence(run)
-    shown = photo_beside_others(photos, frame - 1), photo_beside_others(photos, frame)
+    shown = [
+        AnswerPicture(photo_beside_others(photos, each), picture_metas.photo_of(each))
+        for each in (frame - 1, frame)
+    ]
     source_path = checkpoint_at(run, frame - 1).path
     _check_grown_from(run, frame)
     source, candidate = app.replays.after(run.sheet, source_path), app.paper(run)
@@ -45,7 +48,11 @@ def critic_grid(
         f"Photo of frame {frame - 1}, photo of frame {frame}, diagram of checkpoint {frame - 1}, "
         f"diagram of the current state as candidate for frame {frame}."
     )
-    return call_tool_result(text, grid, *shown, diagram(run, source), diagram(run, candidate))
+    drawn = [
+        AnswerPicture(diagram(run, source), picture_metas.diagram_of_frame(frame - 1)),
+        AnswerPicture(diagram(run, candidate), picture_metas.diagram_of_candidate(frame)),
+    ]
+    return call_tool_result(text, grid, *shown, *drawn)
 
 
 def _check_grown_from(run: RunView, frame: int) -> None:
@@ -81,7 +88,8 @@ def compare_to_frame(
     overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines))
     found = presenters.comparison(seen, match, outlines)
     said = _in_words(found)
-    return call_tool_result(said if attempt is None else f"Attempt {attempt}: {said}", found, overlay)
+    shown = AnswerPicture(overlay, picture_metas.overlay_on(frame, attempt))
+    return call_tool_result(said if attempt is None else f"Attempt {attempt}: {said}", found, shown)
 
 
 def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:

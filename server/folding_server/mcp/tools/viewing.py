@@ -8,7 +8,8 @@ from pydantic import Field
 
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import Frame, LaterFrame, RunId
-from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import diagram
 from folding_server.simulator import folded_state
 
@@ -21,7 +22,9 @@ def view_frame(ctx: ToolContext, frame: Frame, run_id: RunId = None) -> Annotate
     photos = app.sequence(app.run(run_id))
     photo = photos.photo_for_model(frame)
     return call_tool_result(
-        f"{photo.caption}.", FrameView(frame=frame, width=photo.width, height=photo.height), photo
+        f"{photo.caption}.",
+        FrameView(frame=frame, width=photo.width, height=photo.height),
+        AnswerPicture(photo, picture_metas.photo_of(frame)),
     )
 
 
@@ -33,7 +36,9 @@ def observe_movement(
     photos = app.sequence(app.run(run_id))
     strip = photos.filmstrip(frame)
     return call_tool_result(
-        f"{strip.caption}.", MovementView(frame=frame, images=photos.between(frame)), strip
+        f"{strip.caption}.",
+        MovementView(frame=frame, images=photos.between(frame)),
+        AnswerPicture(strip, picture_metas.filmstrip_to(frame)),
     )
 
 
@@ -55,5 +60,7 @@ def render_current(
     drawn = diagram(run, app.paper(run), labels=labels)
     view = RenderView(run_id=run.run_id, width=drawn.width, height=drawn.height, labels=labels)
     return call_tool_result(
-        "The current state from above, " + ("with" if labels else "without") + " labels.", view, drawn
+        "The current state from above, " + ("with" if labels else "without") + " labels.",
+        view,
+        AnswerPicture(drawn, picture_metas.diagram_of_current_state()),
     )

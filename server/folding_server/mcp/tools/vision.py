@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from folding_schemas.actions import action_text
 from folding_schemas.results import Proposals
 from mcp.types import CallToolResult
 from pydantic import Field
@@ -10,7 +11,7 @@ from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services import presenters
-from folding_server.mcp.services.run_status import check_between, described
+from folding_server.mcp.services.run_status import check_between
 from folding_server.mcp.tool_progress import Progress
 
 Count = Annotated[int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10")]
@@ -40,7 +41,7 @@ def propose_actions(
 def _in_words(found: Proposals) -> str:
     """The proposals, best first, as calls to make."""
     lines = [
-        f"{each.rank}. {', then '.join(described(action) for action in each.actions) or 'nothing'} "
+        f"{each.rank}. {', then '.join(action_text(action) for action in each.actions) or 'nothing'} "
         f"explains {each.agreement:.1%} of the photo."
         for each in found.proposals
     ]
