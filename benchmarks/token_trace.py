@@ -80,9 +80,9 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
         try:
             info = await server.open_run(sequence.name)
             settings = Settings(tools="all", keep_images=True, keep_results=True, full_descriptions=True)
-            cast = RoleModels(agent, critic, None, None)
+            role_models = RoleModels(agent, critic, None, None)
             colors = (info.front_color, info.back_color)
-            info = await make_worker(cast, settings, server, recorder, Silent(), colors).run()
+            info = await make_worker(role_models, settings, server, recorder, Silent(), colors).run()
         finally:
             await server.close()
             recorder.close()

@@ -38,7 +38,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from folding_client.agent import tool_selection  # noqa: E402
-from folding_client.agent.context_compaction import in_brief, without_old_pictures, without_old_states  # noqa: E402
+from folding_client.agent.context_compaction import compacted, without_old_pictures, without_old_states  # noqa: E402
 from folding_client.messages import (  # noqa: E402
     Message,
     Reply,
@@ -139,18 +139,20 @@ def sent_with(savings: frozenset[str], queries: Sequence[Query]) -> Iterator[Que
 
 def _saved(messages: list[Message], savings: frozenset[str]) -> list[Message]:
     if "critic_pictures" in savings:
-        messages = [replace(each, pictures=()) if each.tool == "ask_critic" else each for each in messages]
+        messages = [_without_pictures(each) if each.tool == "ask_critic" else each for each in messages]
     if "brief_answers" in savings:
-        messages = [_in_brief(each) for each in messages]
+        messages = [_compacted(each) for each in messages]
     if "old_states" in savings:
         messages = without_old_states(messages)
     return without_old_pictures(messages) if "old_pictures" in savings else messages
 
 
-def _in_brief(message: Message) -> Message:
-    result = ToolResult(message.text, message.structured, is_error=message.is_error, detail=message.detail)
-    brief = in_brief(message.tool or "", result)
-    return replace(message, text=brief.text, detail=brief.detail)
+def _without_pictures(message: Message) -> Message:
+    return replace(message, result=message.result and replace(message.result, pictures=()))
+
+
+def _compacted(message: Message) -> Message:
+    return replace(message, result=message.result and compacted(message.tool or "", message.result))
 
 
 def _offered(tools: tuple[ToolSpec, ...], savings: frozenset[str]) -> tuple[ToolSpec, ...]:
@@ -160,7 +162,7 @@ def _offered(tools: tuple[ToolSpec, ...], savings: frozenset[str]) -> tuple[Tool
     if "paper_tools" in savings:
         kept = {*tool_selection.PAPER_TOOLS, "ask_critic"}
     chosen = [tool for tool in tools if tool.name in kept]
-    return tuple(map(tool_selection.in_brief, chosen) if "brief_descriptions" in savings else chosen)
+    return tuple(map(tool_selection.summarised, chosen) if "brief_descriptions" in savings else chosen)
 
 
 def _one_conversation(queries: Sequence[Query]) -> Iterator[Query]:

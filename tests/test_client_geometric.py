@@ -4,20 +4,21 @@ import asyncio
 import json
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from client_runs import events, program, shortened
-from folding_client.interrupts import StepHopeless
-from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
+from folding_client.interrupts import StepHopeless, UsageError
+from folding_client.messages import Message, Reply, ToolResult, answered, tool_answer, user
 from folding_client.models.geometric import GeometricModel
 from folding_client.progress import Silent
 from folding_client.reconstruct import new_job, reconstruct, resumed_job
 from folding_client.record.folder import RunFolder
-from folding_client.record.recorder import Recorder
-from folding_client.search.search_memory import Memory, Trial
+from folding_client.search.backtracking import best_trial
+from folding_client.search.search_file import read_search, write_search
+from folding_client.search.search_state import SearchState, Trial
 from folding_client.settings import Settings
 from folding_schemas.actions import Program, Rotate
 from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo
@@ -130,6 +131,7 @@ class World:
     pending: Angles = ()
     base: int = 0
     used: dict[int, int] = field(default_factory=dict)
+    budget: int = 5
 
     def call(self, tool: str, given: dict[str, Any]) -> ToolResult:
         """The answer of a tool."""
@@ -149,7 +151,7 @@ class World:
             pending=[Rotate(angle=angle) for angle in self.pending],
             attempts=self.used,
             restores={},
-            budget=5,
+            budget=self.budget,
             locked_to=0,
             complete=False,
             program=Program(steps=done),
@@ -204,16 +206,24 @@ class World:
         return {}
 
 
+class Killed(Exception):
+    """The process of a model ended."""
+
+
 async def solve(
-    world: World, model: GeometricModel, recorder: Recorder | None = None, queries: int = 60
+    world: World, model: GeometricModel, queries: int = 60, cut: tuple[int, bool] = (0, False)
 ) -> list[Angles]:
-    """Let a model work in a world until three frames are saved; a save starts a fresh context."""
+    """Let a model work in a world until three frames are saved; a save starts a fresh context. It is killed at the
+    reply of number ``cut``, before or after the reply's calls are made.
+    """
     messages: list[Message] = [user("begin")]
-    for _ in range(queries):
+    for number in range(1, queries + 1):
         reply: Reply = await model.query(messages, [])
+        if cut == (number, False):
+            raise Killed
         results = [(call, world.call(call.name, json.loads(call.arguments))) for call in reply.tool_calls]
-        if recorder is not None:
-            record(recorder, messages, reply, results)
+        if cut == (number, True):
+            raise Killed
         messages.append(answered(reply))
         messages += [tool_answer(call, result) for call, result in results]
         if any(call.name == "save_checkpoint" for call, _ in results):
@@ -221,18 +231,6 @@ async def solve(
             if len(world.steps) == 2:
                 return world.steps
     raise AssertionError("not solved")
-
-
-def record(
-    recorder: Recorder, messages: list[Message], reply: Reply, results: list[tuple[ToolCall, ToolResult]]
-) -> None:
-    """Write a query down as the loop does."""
-    said = [index for index, message in enumerate(messages) if message.role == "assistant"]
-    recorder.request("agent", messages, said[-1] if said else 0)
-    recorder.reply("agent", reply, 0)
-    for call, result in results:
-        recorder.call("agent", call, call.name, json.loads(call.arguments))
-        recorder.result("agent", call.name, result, 0)
 
 
 def saved(
@@ -269,46 +267,61 @@ def test_a_later_frame_that_contradicts_sends_the_search_back_to_a_rival() -> No
 
 
 SENT_BACK = World(
-    {2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99)]},
-    {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (20, 30)): 0.6},
+    {2: [(10, 0.99), (20, 0.985)], 3: [(30, 0.99), (35, 0.98), (40, 0.97)]},
+    {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (10, 35)): 0.92, (3, (20, 30)): 0.6},
 )
+"""A world in which the search tries several explanations, goes back to a rival, and returns to what was best."""
 
 
-def recorded(folder: Path) -> tuple[GeometricModel, list[dict[str, Any]]]:
-    """A model after a run in which it went back and forth, and the run's events."""
-    run = RunFolder(folder)
-    run.create()
-    recorder, model = Recorder(run, {}), GeometricModel()
-    asyncio.run(solve(deepcopy(SENT_BACK), model, recorder))
-    recorder.close()
-    return model, events(folder)
+def kept(state: SearchState) -> SearchState:
+    """A state as it comes out of its file."""
+    return SearchState.model_validate_json(state.model_dump_json(exclude_none=True))
 
 
-def test_a_model_that_relives_its_run_remembers_what_it_knew(tmp_path: Path) -> None:
-    model, happened = recorded(tmp_path / "run")
-    again = GeometricModel()
-    assert again.relive(happened)
-    assert again.memory == model.memory
-    assert again.memory.retreats == {3: 1}
-    assert len(again.memory.trials) == len(model.memory.trials) > 3
+def test_a_search_state_is_plain_data_that_comes_back_as_it_was() -> None:
+    seen: list[SearchState] = []
+    model = GeometricModel(keep=lambda state: seen.append(kept(state)))
+    asyncio.run(solve(deepcopy(SENT_BACK), model))
+    assert kept(model.state) == model.state == seen[-1]
+    assert model.state.backtracks == {3: 1}
+    assert len(model.state.trials) > 3
+    assert {state.step.phase for state in seen if state.step} >= {"trying", "retrying", "moving", "saving"}
+    assert len({len(state.trials) for state in seen}) == len(model.state.trials) + 1
 
 
-def test_a_run_can_be_relived_from_wherever_it_was_cut_off(tmp_path: Path) -> None:
-    model, happened = recorded(tmp_path / "run")
-    for length in range(len(happened)):
-        again = GeometricModel()
-        assert again.relive(happened[:length])
-        assert model.memory.trials[: len(again.memory.trials)] == again.memory.trials
+@pytest.mark.parametrize("answered", [False, True], ids=["before its calls are made", "after they are made"])
+def test_a_search_killed_after_any_reply_goes_on_to_the_same_program(answered: bool) -> None:
+    whole = deepcopy(SENT_BACK)
+    steps = asyncio.run(solve(whole, GeometricModel()))
+    assert steps == [(10,), (35,)]
+    for cut in range(1, replies_needed()):
+        world = replace(deepcopy(SENT_BACK), budget=8)
+        files: list[SearchState] = []
+        model = GeometricModel(keep=lambda state, files=files: files.append(kept(state)))
+        with pytest.raises(Killed):
+            asyncio.run(solve(world, model, cut=(cut, answered)))
+        world.pending = ()
+        again = GeometricModel(state=files[-1])
+        assert asyncio.run(solve(world, again)) == steps
+        known = [trial for trial in again.state.trials if trial in files[-1].trials]
+        assert known == files[-1].trials
 
 
-def test_a_run_that_the_model_would_not_have_made_is_not_taken_for_its_own(tmp_path: Path) -> None:
-    _, happened = recorded(tmp_path / "run")
-    for event in happened:
-        if event["kind"] == "reply" and event["calls"][0]["name"] == "propose_actions":
-            event["calls"][0]["arguments"] = '{"frame": 2, "count": 99}'
+def replies_needed() -> int:
+    """The replies that the search makes in that world."""
     model = GeometricModel()
-    assert not model.relive(happened)
-    assert model.memory == Memory()
+    asyncio.run(solve(deepcopy(SENT_BACK), model))
+    return model.state.queries
+
+
+def test_a_search_that_cannot_be_read_is_refused_with_its_file(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    assert read_search(folder) == SearchState()
+    write_search(folder, SearchState(queries=3))
+    assert read_search(folder).queries == 3
+    (tmp_path / "search.json").write_text('{"format": 2}')
+    with pytest.raises(UsageError, match=r"search\.json is not a search of format 1.*remove it"):
+        read_search(folder)
 
 
 def test_a_resumed_run_does_not_ask_for_the_same_proposals_again(tmp_path: Path) -> None:
@@ -320,7 +333,9 @@ def test_a_resumed_run_does_not_ask_for_the_same_proposals_again(tmp_path: Path)
     asked = [event["name"] for event in events(tmp_path / "run", "call") if event["by"] == "agent"]
     assert asked.count("propose_actions") == 1
     assert asked.count("save_checkpoint") == 2
-    assert not events(tmp_path / "run", "memory_lost")
+    known = SearchState.model_validate_json((tmp_path / "run" / "search.json").read_bytes())
+    assert [proposed.frame for proposed in known.proposed] == [2]
+    assert [trial.matches for trial in known.trials] == [True]
 
 
 def test_if_the_rival_explains_less_the_search_returns_to_the_better_path() -> None:
@@ -342,16 +357,16 @@ def test_without_a_rival_the_best_of_what_was_tried_is_saved_with_a_note() -> No
 
 def test_what_grew_from_steps_that_are_no_longer_allowed_is_not_gone_back_to() -> None:
     chosen, given_up = ((Rotate(angle=10),),), ((Rotate(angle=20),),)
-    memory = Memory(
+    state = SearchState(
         trials=[
-            Trial(3, given_up, (Rotate(angle=30),), agreement=0.9, matches=False),
-            Trial(3, chosen, (Rotate(angle=40),), agreement=0.8, matches=False),
+            Trial(frame=3, lineage=given_up, actions=(Rotate(angle=30),), agreement=0.9, matches=False),
+            Trial(frame=3, lineage=chosen, actions=(Rotate(angle=40),), agreement=0.8, matches=False),
         ]
     )
     world = World({}, {}, steps=[(10,)], base=2)
     open_run = RunInfo.model_validate(world.get_run())
-    assert memory.best(open_run) == memory.trials[0]
-    assert memory.best(open_run.model_copy(update={"locked_to": 2})) == memory.trials[1]
+    assert best_trial(state, open_run) == state.trials[0]
+    assert best_trial(state, open_run.model_copy(update={"locked_to": 2})) == state.trials[1]
 
 
 def test_proposals_far_below_the_best_are_not_tried() -> None:

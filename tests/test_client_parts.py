@@ -13,7 +13,7 @@ from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures
 from folding_client.batch.runner import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
-from folding_client.messages import Message, Picture, ToolCall, ToolSpec, user
+from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
 from folding_client.models.scripted import load_script
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.redaction import redact
@@ -26,9 +26,8 @@ GOOD = {"verdict": "MATCH", "analysis": "Same.", "anchor_check": "holds", "discr
 
 def shown(*subjects: str) -> Message:
     """A tool result with pictures of these subjects."""
-    return Message(
-        "tool", "seen", tuple(Picture(subject.encode(), "image/png", subject) for subject in subjects)
-    )
+    pictures = tuple(Picture(subject.encode(), "image/png", subject) for subject in subjects)
+    return tool_answer(ToolCall("1", "render_current", "{}"), ToolResult("seen", pictures=pictures))
 
 
 @pytest.mark.parametrize(

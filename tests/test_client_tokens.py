@@ -88,8 +88,7 @@ def test_every_part_of_a_request_is_counted_once() -> None:
 def said(call: str, *pictures: str) -> list[Message]:
     """A reply that calls a tool, and the result with its pictures."""
     made = ToolCall("c", call, "{}")
-    data = {"run_id": "r", "state": {}}
-    result = ToolResult(f"Done.\n{STATE}", data, tuple(map(photo, pictures)), detail=STATE)
+    result = ToolResult("Done.", {"run_id": "r", "state": {}}, tuple(map(photo, pictures)))
     return [answered(Reply(tool_calls=(made,))), tool_answer(made, result)]
 
 

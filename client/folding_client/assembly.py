@@ -1,23 +1,22 @@
 """Building what works on a run, from its settings: models by role, critics, selector, agent."""
 
 from dataclasses import dataclass
-from functools import partial
 
 from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.agent.loop import Agent, AgentSettings
 from folding_client.agent.tool_selection import PROPOSING
 from folding_client.agent.toolbox import Toolbox
-from folding_client.models.choose import continued, make_model
+from folding_client.models.choose import make_model
 from folding_client.models.model import Model
 from folding_client.progress import Progress
 from folding_client.protocol.server_client import ServerClient
-from folding_client.record.event_log import read_events
 from folding_client.record.recorder import Recorder
 from folding_client.roles.critic import Critic, GeometricCritic, ModelCritic
 from folding_client.roles.overview import GeometricOverview, ModelOverview, OverviewCritic
 from folding_client.roles.role_client import RoleClient
 from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
 from folding_client.search.hybrid import HybridSolver
+from folding_client.search.search_file import known_search
 from folding_client.settings import Role, Settings
 from folding_client.variants.few_shot import solved_examples
 from folding_client.variants.vlm_cp import PatternPerStep
@@ -40,7 +39,7 @@ def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
     id.
     """
     return RoleModels(
-        _made("agent", settings, recorder),
+        make_model("agent", settings, recorder),
         _asked("critic", settings, recorder),
         _asked("overview", settings, recorder),
         _asked("selector", settings, recorder),
@@ -49,22 +48,11 @@ def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
 
 def _asked(role: Role, settings: Settings, recorder: Recorder) -> Model | None:
     """The model that plays a role, None if geometry does."""
-    return None if settings.role(role) == "geometric" else _made(role, settings, recorder)
-
-
-def _made(role: Role, settings: Settings, recorder: Recorder) -> Model:
-    model = make_model(settings.role(role), role, settings, partial(_note_retry, recorder, role))
-    if not continued(model, role, read_events(recorder.folder.events)):
-        recorder.event("memory_lost", role=role, reason="another version of the model made this record")
-    return model
-
-
-def _note_retry(recorder: Recorder, role: Role, reason: str, seconds: float) -> None:
-    recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
+    return None if settings.role(role) == "geometric" else make_model(role, settings, recorder)
 
 
 def make_critic(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Critic:
-    """The critic of a cast."""
+    """The critic of a run: a model in that role, or geometry."""
     return (
         ModelCritic(RoleClient("critic", role_models.critic, recorder))
         if role_models.critic
@@ -73,7 +61,7 @@ def make_critic(role_models: RoleModels, server: ServerClient, recorder: Recorde
 
 
 def make_selector(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Selector:
-    """The selector of a cast."""
+    """The selector of a run: a model in that role, or geometry."""
     return (
         ModelSelector(RoleClient("selector", role_models.selector, recorder), server)
         if role_models.selector
@@ -124,7 +112,7 @@ def _agent(
         if role_models.overview
         else GeometricOverview(server)
     )
-    kept = ContextPolicy(settings.keep_images, settings.keep_results, settings.full_descriptions)
+    policy = ContextPolicy(settings.keep_images, settings.keep_results, settings.full_descriptions)
     toolbox = Toolbox(
         server,
         make_critic(role_models, server, recorder),
@@ -132,12 +120,12 @@ def _agent(
         recorder,
         colors,
         tools=settings.tool_set,
-        kept=kept,
+        policy=policy,
         also=PROPOSING if settings.hybrid else frozenset(),
     )
     role_client = RoleClient("agent", role_models.agent, recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
-    agent_settings = AgentSettings(settings.failures_per_step, kept, examples)
-    solver = HybridSolver(server, recorder) if settings.hybrid else None
+    agent_settings = AgentSettings(settings.failures_per_step, policy, examples)
+    solver = HybridSolver(server, recorder, known_search(recorder)) if settings.hybrid else None
     selector = make_selector(role_models, server, recorder)
     return Agent(role_client, server, toolbox, selector, recorder, progress, agent_settings, solver)

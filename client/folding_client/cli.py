@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
+from folding_schemas.actions import Program, action_text
 from pydantic import ValidationError
 from rich.console import Console
 
@@ -200,9 +201,9 @@ def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
     if program is not None:
         typer.echo(f"Program of {program['name']}:")
         notes = {saved["frame"]: saved["notes"] or "" for saved in _read(folder / "checkpoints.json")}
-        for frame, step in enumerate(program["steps"], start=2):
+        for frame, step in enumerate(Program.model_validate(program).steps, start=2):
             doubt = f"  ({notes[frame]})" if "not a match" in notes.get(frame, "") else ""
-            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(_action, step)) or 'nothing'}{doubt}")
+            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(action_text, step)) or 'nothing'}{doubt}")
     summary = outcome.run["outcome"]
     saved = f"{summary['frames_saved']} of {summary['frames']} frames saved"
     typer.echo(f"{saved} in {summary['seconds']:.1f} s: {folder}")
@@ -212,10 +213,6 @@ def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
 
 def _read(file: Path) -> Any:  # noqa: ANN401
     return json.loads(file.read_text(encoding="utf-8"))
-
-
-def _action(action: dict[str, Any]) -> str:
-    return f"{action['action']}({', '.join(str(value) for key, value in action.items() if key != 'action')})"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

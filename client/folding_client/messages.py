@@ -1,8 +1,11 @@
 """What goes between the loop and a model: messages, tool calls, replies. Free of any provider's format."""
 
 import base64
+import json
 from dataclasses import dataclass, field
 from typing import Any, Literal
+
+from folding_schemas.pictures import PictureRole
 
 Role = Literal["system", "user", "assistant", "tool"]
 JsonObject = dict[str, Any]
@@ -10,13 +13,15 @@ JsonObject = dict[str, Any]
 
 @dataclass(frozen=True)
 class Picture:
-    """An encoded image; ``subject`` says what it shows, so that a newer picture of the same thing can replace
-    it.
+    """An encoded image. ``subject`` and ``frame`` say what it shows, so that a newer picture of the same thing can
+    replace it; ``role`` says what kind of picture it is, None if its server did not say.
     """
 
     data: bytes = field(repr=False)
     mime: str
     subject: str = "picture"
+    frame: int | None = None
+    role: PictureRole | None = None
 
     def data_url(self) -> str:
         """The picture as a ``data:`` URL, the form that model providers take."""
@@ -44,15 +49,32 @@ class ToolSpec:
 
 @dataclass(frozen=True)
 class ToolResult:
-    """What a call answered: text and pictures for a model, and the same as data for a program. ``detail`` is
-    the part of the text that states the data.
+    """What a call answered: a short text, data, pictures.
+
+    ``told`` names the parts of the data that a model is told beside the summary, None for all of it; ``notes`` are
+    sentences of the client's own that follow.
     """
 
-    text: str
-    structured: JsonObject | None = None
+    summary: str
+    data: JsonObject | None = None
     pictures: tuple[Picture, ...] = ()
     is_error: bool = False
-    detail: str = ""
+    told: tuple[str, ...] | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def told_data(self) -> JsonObject:
+        """The part of the data that a model is told."""
+        data = self.data or {}
+        return data if self.told is None else {name: data[name] for name in self.told if name in data}
+
+    @property
+    def text(self) -> str:
+        """What a model reads: the summary, the data that it is told as JSON, the notes."""
+        data = self.told_data
+        return "\n".join(
+            part for part in (self.summary, json_text(data) if data else "", *self.notes) if part
+        )
 
 
 @dataclass(frozen=True)
@@ -85,20 +107,33 @@ class Reply:
 
 @dataclass(frozen=True)
 class Message:
-    """One entry of a conversation. A tool message answers the call ``call_id`` of tool ``tool``; ``detail`` is
-    the part of its text that states the result's data.
+    """One entry of a conversation: what is ``said`` and ``shown``, or, for a tool message, the ``result`` of the call
+    ``call_id`` of tool ``tool``.
     """
 
     role: Role
-    text: str = ""
-    pictures: tuple[Picture, ...] = ()
+    said: str = ""
+    shown: tuple[Picture, ...] = ()
     tool_calls: tuple[ToolCall, ...] = ()
+    native: JsonObject | None = None
     call_id: str | None = None
     tool: str | None = None
-    structured: JsonObject | None = None
-    is_error: bool = False
-    native: JsonObject | None = None
-    detail: str = ""
+    result: ToolResult | None = None
+
+    @property
+    def text(self) -> str:
+        """What a model reads."""
+        return self.said if self.result is None else self.result.text
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """What a model sees."""
+        return self.shown if self.result is None else self.result.pictures
+
+    @property
+    def is_error(self) -> bool:
+        """Whether this is the result of a call that was refused."""
+        return self.result is not None and self.result.is_error
 
 
 def system(text: str) -> Message:
@@ -118,13 +153,9 @@ def answered(reply: Reply) -> Message:
 
 def tool_answer(call: ToolCall, result: ToolResult) -> Message:
     """A call's result as an entry of the conversation."""
-    return Message(
-        "tool",
-        result.text,
-        result.pictures,
-        call_id=call.id,
-        tool=call.name,
-        structured=result.structured,
-        is_error=result.is_error,
-        detail=result.detail,
-    )
+    return Message("tool", call_id=call.id, tool=call.name, result=result)
+
+
+def json_text(data: JsonObject) -> str:
+    """Data as a model is told it: JSON without spaces."""
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=False)

@@ -7,14 +7,14 @@ from folding_client.messages import Message
 
 
 class StepContext:
-    """The messages of a step, from a fresh start. What is not ``kept`` is left out when something newer
-    follows it.
+    """The messages of a step, from a fresh start. What the ``policy`` does not keep is left out
+    when something newer follows it.
     """
 
-    def __init__(self, opening: Sequence[Message], kept: ContextPolicy) -> None:
+    def __init__(self, opening: Sequence[Message], policy: ContextPolicy) -> None:
         self._messages = list(opening)
         self._sent = 0
-        self._kept = kept
+        self._policy = policy
 
     def __len__(self) -> int:
         return len(self._messages)
@@ -32,8 +32,8 @@ class StepContext:
         """The messages for the next query, and from which one on they have not been sent before."""
         new_from, self._sent = self._sent, len(self._messages)
         messages = list(self._messages)
-        if not self._kept.images:
+        if not self._policy.images:
             messages = without_old_pictures(messages)
-        if not self._kept.results:
+        if not self._policy.results:
             messages = without_old_states(messages)
         return messages, new_from

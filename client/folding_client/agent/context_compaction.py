@@ -1,28 +1,28 @@
 """What a query leaves out of the conversation so far: answers in full, old states, old pictures.
 
-Every part that is left out is replaced by a line that says so. Only a message's text and pictures as they go out are
-touched; its data stays.
+Every part that is left out is replaced by a line that says so. Only what a model is told and shown is touched; the
+data of a result stays.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from folding_client.messages import JsonObject, Message, Picture, ToolResult
+from folding_client.messages import Message, Picture, ToolResult
 from folding_client.protocol.recovery import ACTIONS
 
 _STATE = ("state",)
-_BRIEF: dict[str, tuple[str, ...]] = {
+_UNSAID: dict[str, tuple[str, ...]] = {
     **dict.fromkeys([*ACTIONS, "undo", "get_current_state"], _STATE),
     "restore_checkpoint": ("next_attempt", "state"),
     **dict.fromkeys(
         ["view_frame", "observe_movement", "render_current", "save_checkpoint", "propose_actions"], ()
     ),
 }
-"""The parts of an answer's data that its short text does not say, by tool; all but the run's id for the others."""
+"""The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
 _CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})
 """The tools that answer with the current state."""
-_FILM = "observe_movement"
+Shown = tuple[str, int | None]
+"""What a picture shows: its subject, and the frame of it."""
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,11 @@ class ContextPolicy:
     descriptions: bool = False
 
 
-def in_brief(tool: str, result: ToolResult) -> ToolResult:
-    """An answer whose data is cut to what its short text does not say."""
-    if result.is_error or result.structured is None or not result.detail:
+def compacted(tool: str, result: ToolResult) -> ToolResult:
+    """An answer of which only that data is told that its summary does not say."""
+    if result.is_error or result.data is None or result.told is not None or not result.summary:
         return result
-    names = _BRIEF.get(tool, tuple(name for name in result.structured if name != "run_id"))
-    detail = _compact({name: result.structured[name] for name in names}) if names else ""
-    text = result.text.replace(result.detail, detail).rstrip("\n")
-    return replace(result, text=text, detail=detail)
+    return replace(result, told=_UNSAID.get(tool, tuple(name for name in result.data if name != "run_id")))
 
 
 def without_old_states(messages: Sequence[Message]) -> list[Message]:
@@ -54,43 +51,49 @@ def without_old_states(messages: Sequence[Message]) -> list[Message]:
 
 
 def without_old_pictures(messages: Sequence[Message]) -> list[Message]:
-    """The messages without the pictures of which a later message shows the same subject anew, and without
-    films once the paper has moved.
+    """The messages without the pictures of which a later message shows the same thing anew, and without films once
+    the paper has moved.
     """
-    last = {picture.subject: index for index, message in enumerate(messages) for picture in message.pictures}
+    last = {_shown(picture): index for index, message in enumerate(messages) for picture in message.pictures}
     moved = max((index for index, message in enumerate(messages) if _moves(message)), default=-1)
     return [
-        _without(message, {p.subject for p in message.pictures if last[p.subject] > index}, moved > index)
+        _without(message, {_shown(p) for p in message.pictures if last[_shown(p)] > index}, moved > index)
         for index, message in enumerate(messages)
     ]
 
 
-def _compact(data: JsonObject) -> str:
-    return json.dumps(data, separators=(",", ":"), ensure_ascii=False)
-
-
 def _tells_state(message: Message) -> bool:
-    return message.tool in _CURRENT and bool(message.detail)
+    return message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
 
 
 def _stateless(message: Message) -> Message:
-    text = message.text.replace(message.detail, "(State left out: a newer one follows.)")
-    return replace(message, text=text, detail="")
+    assert message.result is not None, "what tells the state is a tool's result"
+    notes = ("(State left out: a newer one follows.)", *message.result.notes)
+    return replace(message, result=replace(message.result, told=(), notes=notes))
 
 
 def _moves(message: Message) -> bool:
     return message.tool in ACTIONS and not message.is_error
 
 
-def _without(message: Message, replaced: set[str], moved: bool) -> Message:
-    """The message without the pictures of subjects that were replaced; without its film if the paper moved."""
-    if message.tool == _FILM and moved and message.pictures:
+def _without(message: Message, replaced: set[Shown], moved: bool) -> Message:
+    """The message without the pictures of what was ``replaced``; without its film if the paper moved."""
+    if moved and any(picture.role == "filmstrip" for picture in message.pictures):
         return _noted(message, (), "Film left out, since the paper has moved; call again to see it.")
     if not replaced:
         return message
-    kept = tuple(picture for picture in message.pictures if picture.subject not in replaced)
-    return _noted(message, kept, f"Left out, since a newer one follows: {', '.join(sorted(replaced))}.")
+    pictures = tuple(picture for picture in message.pictures if _shown(picture) not in replaced)
+    subjects = ", ".join(sorted(subject for subject, _ in replaced))
+    return _noted(message, pictures, f"Left out, since a newer one follows: {subjects}.")
 
 
 def _noted(message: Message, pictures: tuple[Picture, ...], note: str) -> Message:
-    return replace(message, text=f"{message.text}\n({note})".strip(), pictures=pictures)
+    """The message with these pictures instead of its own, and a line that says so."""
+    if message.result is None:
+        return replace(message, said=f"{message.said}\n({note})".strip(), shown=pictures)
+    result = replace(message.result, pictures=pictures, notes=(*message.result.notes, f"({note})"))
+    return replace(message, result=result)
+
+
+def _shown(picture: Picture) -> Shown:
+    return picture.subject, picture.frame

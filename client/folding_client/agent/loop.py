@@ -41,12 +41,12 @@ SILENT_REPLIES = 3
 
 @dataclass(frozen=True)
 class AgentSettings:
-    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``kept``
-    is what goes out again with every query of a step.
+    """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``policy`` says
+    what goes out again with every query of a step.
     """
 
     failures: int
-    kept: ContextPolicy
+    policy: ContextPolicy
     examples: tuple[Message, ...] = ()
 
 
@@ -74,7 +74,7 @@ class Agent:
         self._selector = selector
         self._recorder = recorder
         self._progress = progress
-        self._habits = agent_settings
+        self._settings = agent_settings
         self._solver = solver
         self._history: dict[int, CheckpointState] = {}
         self._failed = 0
@@ -122,7 +122,7 @@ class Agent:
     async def _converse(self, info: RunInfo, found: list[Message]) -> None:
         """Query, execute, append, until an interrupt ends the step; ``found`` is told with the opening."""
         opening = await self._opening(await self._server.where() if found else info)
-        context = StepContext([*opening, *found], self._habits.kept)
+        context = StepContext([*opening, *found], self._settings.policy)
         silent_from: list[int] = []
         while True:
             reply = await self._query(context)
@@ -156,8 +156,8 @@ class Agent:
             context.append(tool_answer(call, result))
             if result.is_error:
                 failed = failed or call
-            elif call.name == "save_checkpoint" and result.structured:
-                saved = result.structured
+            elif call.name == "save_checkpoint" and result.data:
+                saved = result.data
                 raise StepOver(saved["frame"], complete=saved["complete"], by=self._role_client.model.name)
             if result.is_error or call.name == "restore_checkpoint":
                 await self._check_budget(call)
@@ -200,7 +200,7 @@ class Agent:
 
     def _count_failure(self, why: str) -> None:
         self._failed += 1
-        if self._failed >= self._habits.failures:
+        if self._failed >= self._settings.failures:
             message = (
                 f"The step failed {self._failed} times in a row, the last time because {why}; resume to try "
                 "again."
@@ -249,7 +249,7 @@ class Agent:
                     await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
                 )[0]
         tools = list(self._toolbox.offered.values())
-        return opening(info, tools, self._history, self._habits.examples)
+        return opening(info, tools, self._history, self._settings.examples)
 
 
 def _without(
@@ -257,5 +257,5 @@ def _without(
 ) -> tuple[AttemptList, tuple[Picture, ...]]:
     """The attempts and their diagrams without one that cannot be committed (its ancestors were replaced)."""
     left = [pair for pair in zip(attempts.attempts, diagrams, strict=True) if pair[0].attempt != number]
-    kept = attempts.model_copy(update={"attempts": [attempt for attempt, _ in left]})
-    return kept, tuple(diagram for _, diagram in left)
+    others = attempts.model_copy(update={"attempts": [attempt for attempt, _ in left]})
+    return others, tuple(diagram for _, diagram in left)

@@ -5,13 +5,11 @@ management").
 from collections.abc import Mapping, Sequence
 
 from folding_prompts import prompt
-from folding_schemas.actions import Action
+from folding_schemas.actions import action_text
 from folding_schemas.results import CheckpointState, RunInfo
 
 from folding_client.agent.tool_selection import tool_list
 from folding_client.messages import Message, ToolSpec, system, user
-
-_ROUTINE = {"action"}
 
 
 def opening(
@@ -53,12 +51,6 @@ def summary(info: RunInfo, history: Mapping[int, CheckpointState]) -> str:
     if info.locked_to:
         lines.append(f"Frames up to {info.locked_to} are committed for good.")
     return "\n".join(lines)
-
-
-def action_text(action: Action) -> str:
-    """An action as one writes a call of it."""
-    values = action.model_dump(mode="json", exclude=_ROUTINE, exclude_none=True).values()
-    return f"{action.action}({', '.join(str(value) for value in values)})"
 
 
 def _frame_line(frame: int, info: RunInfo, state: CheckpointState | None) -> str:

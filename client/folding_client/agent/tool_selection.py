@@ -40,7 +40,7 @@ def on_offer(tools: Iterable[ToolSpec], which: ToolSet, also: frozenset[str] = f
     return [tool for tool in tools if tool.name in names]
 
 
-def in_brief(tool: ToolSpec) -> ToolSpec:
+def summarised(tool: ToolSpec) -> ToolSpec:
     """The tool with the first paragraph of its description: what follows is advice that the system prompt
     gives too.
     """

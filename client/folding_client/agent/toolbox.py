@@ -40,8 +40,8 @@ class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
     ``offered`` holds the tools that may be called: those of the set ``tools``, those ``also`` named, and
-    ``ask_critic``. Unless they are
-    ``kept``, the critic's four pictures are left out of its answer, and other answers are brief.
+    ``ask_critic``. Unless the ``policy`` keeps them, the critic's four pictures are left out of its answer, and other
+    answers are compacted.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Toolbox:
         colors: tuple[str, str],
         *,
         tools: ToolSet,
-        kept: ContextPolicy,
+        policy: ContextPolicy,
         also: frozenset[str] = frozenset(),
     ) -> None:
         self._server = server
@@ -61,14 +61,14 @@ class Toolbox:
         self._overview = overview
         self._recorder = recorder
         self._colors = colors
-        self._kept = kept
+        self._policy = policy
         self._failures: dict[int, int] = {}
         own = ToolSpec(
             "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
         specs = [*tool_selection.on_offer(server.specs(), tools, also), own]
         self.offered = {
-            spec.name: spec if kept.descriptions else tool_selection.in_brief(spec) for spec in specs
+            spec.name: spec if policy.descriptions else tool_selection.summarised(spec) for spec in specs
         }
 
     async def execute(self, call: ToolCall) -> ToolResult:
@@ -81,23 +81,23 @@ class Toolbox:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
         result = await self._server.call(call.name, arguments, by="agent", call=call)
-        result = result if self._kept.results else context_compaction.in_brief(call.name, result)
+        result = result if self._policy.results else context_compaction.compacted(call.name, result)
         return result if result.is_error else await self._with_advice(call.name, result)
 
     async def _with_advice(self, name: str, result: ToolResult) -> ToolResult:
-        data = result.structured or {}
+        data = result.data or {}
         if name == "save_checkpoint":
             self._failures.pop(data["frame"], None)
         if name == "generate_checkpoint_overview":
             return await self._with_analysis(result)
         if name == "restore_checkpoint" and data["next_attempt"] > FAILURES_BEFORE_OVERVIEW:
-            return _with_text(result, prompt("agent/use_overview", frame=data["frame"] + 1))
+            return _with_note(result, prompt("agent/use_overview", frame=data["frame"] + 1))
         return result
 
     async def _with_analysis(self, result: ToolResult) -> ToolResult:
         analysis = asdict(await self._overview.analyse(result))
         self._recorder.event("overview", **analysis)
-        return _with_text(result, json.dumps({"overview_analysis": analysis}))
+        return _with_note(result, json.dumps({"overview_analysis": analysis}))
 
     async def _ask_critic(self, arguments: JsonObject) -> ToolResult:
         asked = _asked(arguments)
@@ -116,11 +116,12 @@ class Toolbox:
         if judgement.verdict != "MATCH":
             self._failures[asked.frame] = self._failures.get(asked.frame, 0) + 1
         attempts = (await self._server.where()).attempts.get(asked.frame, 0)
-        text = json.dumps(_verdict(judgement, attempts))
+        verdict = _verdict(judgement, attempts)
+        shown = pictures if self._policy.images else ()
+        result = ToolResult(json.dumps(verdict), verdict, shown, told=())
         if judgement.verdict != "MATCH" and self._failures[asked.frame] >= FAILURES_BEFORE_OVERVIEW:
-            text += "\n" + prompt("agent/use_overview", frame=asked.frame)
-        shown = pictures if self._kept.images else ()
-        return ToolResult(text, _verdict(judgement, attempts), shown)
+            return _with_note(result, prompt("agent/use_overview", frame=asked.frame))
+        return result
 
 
 def _asked(arguments: JsonObject) -> AskCritic:
@@ -147,5 +148,5 @@ def _verdict(judgement: Judgement, attempts: int) -> dict[str, Any]:
     }
 
 
-def _with_text(result: ToolResult, text: str) -> ToolResult:
-    return replace(result, text=f"{result.text}\n{text}")
+def _with_note(result: ToolResult, note: str) -> ToolResult:
+    return replace(result, notes=(*result.notes, note))

@@ -1,14 +1,17 @@
 """From a model id on the command line to a model."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
 from folding_client.interrupts import UsageError
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
 from folding_client.models.scripted import ScriptedModel, load_script
-from folding_client.record.event_log import Event
-from folding_client.settings import Settings
+from folding_client.record.event_log import Event, read_events
+from folding_client.record.recorder import Recorder
+from folding_client.search.search_file import known_search, write_search
+from folding_client.settings import Role, Settings
 
 IDS = (
     "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
@@ -16,33 +19,32 @@ IDS = (
 )
 
 
-def make_model(spec: str, role: str, settings: Settings, note: Callable[[str, float], None]) -> Model:
-    """The model of an id, for a role; ``note`` hears of retries. UsageError for an id that is none."""
+def make_model(role: Role, settings: Settings, recorder: Recorder) -> Model:
+    """The model that the settings name for a role. In a run that is resumed, a scripted one stands where the last
+    step began, and a geometric one knows what it has tried. UsageError for an id that is none.
+    """
+    spec = settings.role(role)
     if spec == "geometric":
-        return GeometricModel(consults=settings.role("critic") != "geometric")
+        consults = settings.role("critic") != "geometric"
+        keep = partial(write_search, recorder.folder)
+        return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
     if spec.startswith("scripted:"):
-        path = Path(spec.removeprefix("scripted:"))
-        return ScriptedModel(spec, load_script(path, role))
+        replies = load_script(Path(spec.removeprefix("scripted:")), role)
+        said = _replies_before_the_last_step(role, read_events(recorder.folder.events))
+        return ScriptedModel(spec, replies, said)
     if spec.startswith("litellm/") and len(spec) > len("litellm/"):
         from folding_client.models.litellm_model import LitellmModel
 
-        return LitellmModel(spec, settings, note)
+        return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
     message = f"There is no model {spec!r}; the ids are {IDS}."
     raise UsageError(message)
 
 
-def continued(model: Model, role: str, events: Iterable[Event]) -> bool:
-    """Put a model that has a memory where it stood in a recorded run: a scripted one where the last step
-    began, a geometric one with all that it has tried. False if it cannot be, since the record is not its own.
-    """
-    if isinstance(model, GeometricModel):
-        return model.relive(events)
-    if isinstance(model, ScriptedModel):
-        model.position = _replies_before_the_last_step(role, events)
-    return True
+def _note_retry(recorder: Recorder, role: Role, reason: str, seconds: float) -> None:
+    recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
-def _replies_before_the_last_step(role: str, events: Iterable[Event]) -> int:
+def _replies_before_the_last_step(role: Role, events: Iterable[Event]) -> int:
     replies = before = 0
     for event in events:
         if event["kind"] == "step_started":

@@ -19,7 +19,7 @@ class Standing:
 
     def after(self, tool: str, result: ToolResult) -> "Standing":
         """The standing after one more answered call."""
-        data = result.structured
+        data = result.data
         if result.is_error or data is None:
             return self
         if tool in ACTIONS:
@@ -55,7 +55,11 @@ def carried_out(
             complete=now.complete,
             state=FoldedState.model_validate(state["state"]),
         )
-    return None if answer is None else ToolResult(answer.model_dump_json(), answer.model_dump(mode="json"))
+    if answer is None:
+        return None
+    return ToolResult(
+        f"{tool} was carried out; the server was restarted since.", answer.model_dump(mode="json")
+    )
 
 
 def _action(tool: str, now: RunInfo, state: JsonObject) -> ActionResult:

@@ -1,6 +1,5 @@
 """The folding server as the client uses it: typed questions, one run, every call on record, one restart."""
 
-import base64
 import time
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
@@ -10,14 +9,13 @@ from folding_schemas.actions import Action
 from folding_schemas.results import RunInfo
 from folding_schemas.wire import Wire
 from mcp import MCPError
-from mcp.types import CallToolResult, ImageContent, TextContent
 from pydantic import ValidationError
 
 from folding_client.interrupts import ServerGone, ToolRefused
 from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, ToolSpec
 from folding_client.protocol.connection import Connection, ConnectionLost, ServerAddress
-from folding_client.protocol.picture_subjects import subject_of
 from folding_client.protocol.recovery import Standing, carried_out
+from folding_client.protocol.tool_results import tool_result
 from folding_client.record.recorder import Recorder
 from folding_client.record.redaction import without_keys
 
@@ -109,7 +107,7 @@ class ServerClient:
         if result.is_error:
             raise ToolRefused(result.text)
         try:
-            return kind.model_validate(result.structured), result.pictures
+            return kind.model_validate(result.data), result.pictures
         except ValidationError as error:
             message = (
                 f"The folding server's answer to {tool} is not a {kind.__name__}: {error.errors()[0]['msg']}."
@@ -139,7 +137,7 @@ class ServerClient:
 
     async def _send(self, name: str, arguments: JsonObject) -> ToolResult:
         try:
-            return tool_result(await self._connection.call(name, arguments), name, arguments)
+            return tool_result(await self._connection.call(name, arguments), name)
         except MCPError as error:
             return ToolResult(error.message, is_error=True)
         except RuntimeError as error:
@@ -168,27 +166,14 @@ class ServerClient:
             if reopened.is_error:
                 message = f"The folding server does not know the run any more: {reopened.text}"
                 raise ServerGone(message)
-            info = RunInfo.model_validate(reopened.structured)
+            info = RunInfo.model_validate(reopened.data)
             state = await self._send("get_current_state", {"run_id": self.run_id})
         except ConnectionLost as loss:
             message = f"The folding server ended twice in a row ({loss}); the run can be resumed."
             raise ServerGone(message) from loss
-        settled = carried_out(name, arguments, self._standing, info, state.structured or {})
+        settled = carried_out(name, arguments, self._standing, info, state.data or {})
         self._recorder.event("server_restarted", pending=len(info.pending), carried_out=settled is not None)
         return settled
-
-
-def tool_result(answer: CallToolResult, name: str, arguments: JsonObject) -> ToolResult:
-    """A tool's answer as the client knows it, its pictures named by what they show."""
-    texts = [block.text for block in answer.content if isinstance(block, TextContent)]
-    images = [block for block in answer.content if isinstance(block, ImageContent)]
-    pictures = tuple(
-        Picture(base64.b64decode(image.data), image.mime_type, subject_of(name, arguments, index))
-        for index, image in enumerate(images)
-    )
-    data = answer.structured_content
-    detail = texts[-1] if data is not None and len(texts) > 1 else ""
-    return ToolResult("\n".join(texts), data, pictures, bool(answer.is_error), detail)
 
 
 def _without_run_id(schema: JsonObject) -> JsonObject:

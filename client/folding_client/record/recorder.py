@@ -117,10 +117,10 @@ class Recorder:
         return entry
 
     def _result(self, result: ToolResult) -> dict[str, Any]:
-        text = result.text if result.is_error or result.structured is None else ""
+        text = result.text if result.is_error or result.data is None else ""
         return {
             "is_error": result.is_error,
             "text": text,
-            "structured": result.structured,
+            "structured": result.data,
             "images": self._pictures(result.pictures),
         }

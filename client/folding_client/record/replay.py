@@ -11,7 +11,7 @@ from mcp import MCPError
 from folding_client.interrupts import ServerGone
 from folding_client.messages import JsonObject, ToolResult
 from folding_client.protocol.connection import Connection, ConnectionLost, ServerAddress
-from folding_client.protocol.server_client import tool_result
+from folding_client.protocol.tool_results import tool_result
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.folder import RunFolder, picture_name
 
@@ -88,8 +88,8 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
             arguments["run_id"] = runs[arguments["run_id"]]
         result = await _answer(connection, name, arguments)
         recorded = exchange.result["structured"] or {}
-        if name == "open_run" and result.structured and "run_id" in recorded:
-            runs[recorded["run_id"]] = result.structured["run_id"]
+        if name == "open_run" and result.data and "run_id" in recorded:
+            runs[recorded["run_id"]] = result.data["run_id"]
         if exchange.compared and (what := difference(exchange.result, result)):
             differences.append(Difference(exchange.call["seq"], name, what))
     return Replay(len(found), tuple(differences))
@@ -97,7 +97,7 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
 
 async def _answer(connection: Connection, name: str, arguments: JsonObject) -> ToolResult:
     try:
-        return tool_result(await connection.call(name, arguments), name, arguments)
+        return tool_result(await connection.call(name, arguments), name)
     except MCPError as error:
         return ToolResult(error.message, is_error=True)
 
@@ -115,7 +115,7 @@ def difference(recorded: Event, result: ToolResult) -> str | None:
             if recorded["text"] == result.text
             else f"was refused with {recorded['text']!r}, now {result.text!r}"
         )
-    if where := _first_difference(recorded["structured"], result.structured):
+    if where := _first_difference(recorded["structured"], result.data):
         return where
     pictures = [picture_name(picture) for picture in result.pictures]
     kept = [image["file"] for image in recorded["images"]]

@@ -5,73 +5,71 @@ photo. Every other frame is the model's, who is told what the solver found.
 """
 
 from folding_prompts import prompt
-from folding_schemas.actions import Action
-from folding_schemas.results import CheckpointRestored, CheckpointSaved, Comparison, Proposals, RunInfo
+from folding_schemas.results import CheckpointSaved, RunInfo
 
 from folding_client.interrupts import StepOver, ToolRefused
-from folding_client.messages import Message, user
-from folding_client.protocol.acting import carry_out
+from folding_client.messages import Message, ToolResult, user
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
+from folding_client.search.frame_search import Calls, FrameSearch, SearchOptions
+from folding_client.search.search_file import write_search
+from folding_client.search.search_state import FrameStep, Proposed, SearchState
 
 NAME = "geometric"
 """Who decided a frame that the solver saved."""
-COUNT = 3
-"""Proposals asked for, and shown to the model."""
-ATTEMPTS = 2
-"""Attempts at a frame, the model's included, after which the solver leaves the rest of the budget to the model."""
-Before = tuple[int, tuple[tuple[Action, ...], ...]]
-"""A frame, and the steps that lead to the one before it."""
+CLEAR = SearchOptions(proposals=3, first_tries=1, attempts=2, tries_clear=True, first_notes="the flat sheet")
+"""Three proposals are asked for, and shown to the model; after two attempts at a frame, the model's included, the
+solver leaves the rest of the budget to the model."""
+_MUST_SUCCEED = frozenset({"save_checkpoint", "restore_checkpoint"})
 
 
 class HybridSolver:
     """Decides the frames that are clear. It asks once, and tries once, for a frame after the same steps."""
 
-    def __init__(self, server: ServerClient, recorder: Recorder) -> None:
+    def __init__(self, server: ServerClient, recorder: Recorder, state: SearchState) -> None:
         self._server = server
         self._recorder = recorder
-        self._found: dict[Before, tuple[Proposals | None, str]] = {}
-        self._tried: set[Before] = set()
+        self._search = FrameSearch(state, CLEAR)
 
     async def look(self, info: RunInfo) -> Message:
         """What there is to tell the model about the next frame. StepOver if the solver has saved it."""
-        frame = info.next_frame or info.frames
-        if frame == 1:
-            await self._save(1, "the flat sheet")
-        before = frame, tuple(tuple(step) for step in info.program.steps[: frame - 2])
-        proposals, answer = await self._proposals(before)
-        if proposals is None or not (proposals.confident and proposals.proposals):
-            outcome = prompt("agent/found_unsure")
-        elif before in self._tried or info.attempts.get(frame, 0) >= ATTEMPTS:
-            outcome = prompt("agent/found_tried")
-        else:
-            self._tried.add(before)
-            outcome = prompt("agent/found_wrong", why=await self._try(frame, proposals.proposals[0].actions))
-        self._recorder.event("handed_over", frame=frame, reason=outcome)
-        return user(prompt("agent/found", frame=frame, answer=answer, outcome=outcome))
+        calls = self._search.start(info)
+        while calls is not None:
+            self._keep()
+            calls = self._search.go_on(await self._carry_out(calls))
+        self._keep()
+        return self._handed_over(FrameStep(info=info))
 
-    async def _proposals(self, before: Before) -> tuple[Proposals | None, str]:
-        """The server's proposals and its words; None, with the reason, if it has none to make."""
-        if before not in self._found:
-            result = await self._server.call("propose_actions", {"frame": before[0], "count": COUNT})
-            proposals = None if result.is_error else Proposals.model_validate(result.structured)
-            self._found[before] = proposals, result.text.replace(result.detail, "").strip()
-        return self._found[before]
+    async def _carry_out(self, calls: Calls) -> list[ToolResult]:
+        """The answers to calls, up to the first that is refused. StepOver if the frame was saved."""
+        results: list[ToolResult] = []
+        for name, arguments in calls:
+            result = await self._server.call(name, arguments)
+            results.append(result)
+            if result.is_error and name in _MUST_SUCCEED:
+                raise ToolRefused(result.text)
+            if result.is_error:
+                break
+            if name == "save_checkpoint":
+                saved = CheckpointSaved.model_validate(result.data)
+                raise StepOver(saved.frame, complete=saved.complete, by=NAME)
+        return results
 
-    async def _try(self, frame: int, actions: list[Action]) -> str:
-        """Carry actions out and save the frame if it matches (StepOver); else take them back and say why not."""
-        try:
-            await carry_out(self._server, actions)
-            comparison, _ = await self._server.ask(Comparison, "compare_to_frame", frame=frame)
-        except ToolRefused as refusal:
-            why = str(refusal)
-        else:
-            if comparison.verdict == "MATCH":
-                await self._save(frame, f"agreement {comparison.agreement:.4f}, a match")
-            why = " ".join([f"{comparison.verdict}.", *(f"{each}." for each in comparison.discrepancies)])
-        await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=frame - 1)
-        return why
+    def _handed_over(self, step: FrameStep) -> Message:
+        proposed = self._search.state.proposals_for(step.frame, step.lineage)
+        assert proposed is not None, "a frame is given up after the server was asked"
+        outcome = self._outcome(proposed)
+        self._recorder.event("handed_over", frame=step.frame, reason=outcome)
+        return user(prompt("agent/found", frame=step.frame, answer=proposed.summary, outcome=outcome))
 
-    async def _save(self, frame: int, notes: str) -> None:
-        saved, _ = await self._server.ask(CheckpointSaved, "save_checkpoint", frame=frame, notes=notes)
-        raise StepOver(frame, complete=saved.complete, by=NAME)
+    def _outcome(self, proposed: Proposed) -> str:
+        """Why the frame is left to the model."""
+        step = self._search.state.step
+        if not (proposed.confident and proposed.proposals):
+            return prompt("agent/found_unsure")
+        if step is not None and step.last is not None:
+            return prompt("agent/found_wrong", why=step.why)
+        return prompt("agent/found_tried")
+
+    def _keep(self) -> None:
+        write_search(self._recorder.folder, self._search.state)
