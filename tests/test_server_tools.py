@@ -8,6 +8,7 @@ from typing import Any
 import anyio
 import pytest
 from hosts import Host, images_of, in_memory, text_of
+from mcp.types import CallToolResult
 from paths import SHARED
 from pictures import noise, write_image, write_manifest, write_sequence_folder
 from shapely import Polygon, box
@@ -23,6 +24,37 @@ async def a_saved_fold(host: Host) -> None:
     await host.call("open_run", sequence="sailboat")
     await host.call("save_checkpoint", frame=1)
     await host.call("fold", edge=[1, 3], direction=1)
+
+
+def shown_in(result: CallToolResult) -> list[tuple[str, int | None, str]]:
+    """What the images of an answer say that they show."""
+    metas = [image.meta or {} for image in images_of(result)]
+    return [
+        (meta["foldingagent/subject"], meta.get("foldingagent/frame"), meta["foldingagent/role"])
+        for meta in metas
+    ]
+
+
+async def test_every_picture_says_what_it_shows(tmp_path: Path) -> None:
+    async with in_memory(tmp_path, PHOTOS) as host:
+        await a_saved_fold(host)
+        calls: dict[str, dict[str, Any]] = {
+            "view_frame": {"frame": 2},
+            "render_current": {},
+            "list_attempts": {"frame": 2},
+            "generate_checkpoint_overview": {},
+            "export_state": {"format": "png"},
+        }
+        shown = {tool: shown_in(await host.answer(tool, **given)) for tool, given in calls.items()}
+        overlay = shown_in(await host.answer("compare_to_frame", frame=2, attempt=1))
+    assert shown == {
+        "view_frame": [("photo of frame 2", 2, "photo")],
+        "render_current": [("diagram of the current state", None, "diagram")],
+        "list_attempts": [("diagram of attempt 1", 2, "diagram")],
+        "generate_checkpoint_overview": [("overview of the checkpoints", None, "overview")],
+        "export_state": [("exported diagram of the current state", None, "diagram")],
+    }
+    assert overlay == [("overlay of attempt 1 on the photo of frame 2", 2, "overlay")]
 
 
 class TestRuns:
@@ -243,6 +275,12 @@ class TestVerification:
         assert grid is not None
         kinds = [image.mime_type for image in images_of(result)]
         assert kinds == ["image/jpeg", "image/jpeg", "image/png", "image/png"]
+        assert shown_in(result) == [
+            ("photo of frame 1", 1, "photo"),
+            ("photo of frame 2", 2, "photo"),
+            ("diagram of frame 1", 1, "diagram"),
+            ("diagram of the candidate for frame 2", 2, "diagram"),
+        ]
         assert len(grid["source_state"]["faces"]) == 1
         assert len(grid["candidate_state"]["faces"]) == 2
         assert [action["action"] for action in grid["candidate_actions"]] == ["fold"]

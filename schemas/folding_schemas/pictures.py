@@ -30,7 +30,7 @@ class PictureMeta(Wire):
 
     def to_meta(self) -> dict[str, Any]:
         """The ``_meta`` of the image."""
-        return self.model_dump(mode="json", by_alias=True)
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     @classmethod
     def from_meta(cls, meta: Mapping[str, Any] | None) -> Self | None:
