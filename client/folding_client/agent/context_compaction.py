@@ -21,7 +21,7 @@ _UNSAID: dict[str, tuple[str, ...]] = {
 """The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
 _CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})
 """The tools that answer with the current state."""
-Shown = tuple[str, int | None]
+PictureContent = tuple[str, int | None]
 """What a picture shows: its subject, and the frame of it."""
 
 
@@ -54,10 +54,12 @@ def without_old_pictures(messages: Sequence[Message]) -> list[Message]:
     """The messages without the pictures of which a later message shows the same thing anew, and without films once
     the paper has moved.
     """
-    last = {_shown(picture): index for index, message in enumerate(messages) for picture in message.pictures}
+    last = {
+        _content(picture): index for index, message in enumerate(messages) for picture in message.pictures
+    }
     moved = max((index for index, message in enumerate(messages) if _moves(message)), default=-1)
     return [
-        _without(message, {_shown(p) for p in message.pictures if last[_shown(p)] > index}, moved > index)
+        _without(message, {_content(p) for p in message.pictures if last[_content(p)] > index}, moved > index)
         for index, message in enumerate(messages)
     ]
 
@@ -76,13 +78,13 @@ def _moves(message: Message) -> bool:
     return message.tool in ACTIONS and not message.is_error
 
 
-def _without(message: Message, replaced: set[Shown], moved: bool) -> Message:
+def _without(message: Message, replaced: set[PictureContent], moved: bool) -> Message:
     """The message without the pictures of what was ``replaced``; without its film if the paper moved."""
     if moved and any(picture.role == "filmstrip" for picture in message.pictures):
         return _noted(message, (), "Film left out, since the paper has moved; call again to see it.")
     if not replaced:
         return message
-    pictures = tuple(picture for picture in message.pictures if _shown(picture) not in replaced)
+    pictures = tuple(picture for picture in message.pictures if _content(picture) not in replaced)
     subjects = ", ".join(sorted(subject for subject, _ in replaced))
     return _noted(message, pictures, f"Left out, since a newer one follows: {subjects}.")
 
@@ -95,5 +97,5 @@ def _noted(message: Message, pictures: tuple[Picture, ...], note: str) -> Messag
     return replace(message, result=result)
 
 
-def _shown(picture: Picture) -> Shown:
+def _content(picture: Picture) -> PictureContent:
     return picture.subject, picture.frame

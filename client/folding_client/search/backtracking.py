@@ -6,7 +6,7 @@ from folding_schemas.results import RunInfo
 
 from folding_client.search.search_state import Lineage, Planned, SearchState, Trial, lineage_of
 
-NEAR = 0.02
+RIVAL_MARGIN = 0.02
 """An explanation is a rival of another if its agreement with the photo is at most so much lower."""
 LOOK_BACK = 3
 """How many frames back a mistake is looked for."""
@@ -85,7 +85,7 @@ def _rivals(state: SearchState, frame: int, info: RunInfo) -> list[tuple[float, 
             Planned(frame=frame, lineage=lineage, actions=tuple(rival.actions)),
         )
         for rival in state.untried(proposed)
-        if reached - rival.agreement <= NEAR
+        if reached - rival.agreement <= RIVAL_MARGIN
     ]
 
 

@@ -7,7 +7,7 @@ from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import Recorder
 from folding_client.search.search_state import SearchState
 
-NAME = "search.json"
+SEARCH_FILE = "search.json"
 
 
 def known_search(recorder: Recorder) -> SearchState:
@@ -17,7 +17,7 @@ def known_search(recorder: Recorder) -> SearchState:
 
 def read_search(folder: RunFolder) -> SearchState:
     """The state that was written last; an empty one if none was. UsageError if it cannot be read."""
-    file = folder.path / NAME
+    file = folder.path / SEARCH_FILE
     try:
         return SearchState.model_validate_json(file.read_bytes())
     except FileNotFoundError:
@@ -31,4 +31,4 @@ def read_search(folder: RunFolder) -> SearchState:
 
 def write_search(folder: RunFolder, state: SearchState) -> None:
     """Write the state in one move: a kill leaves the old state or the new."""
-    folder.write_json(NAME, state.model_dump(mode="json", exclude_none=True))
+    folder.write_json(SEARCH_FILE, state.model_dump(mode="json", exclude_none=True))

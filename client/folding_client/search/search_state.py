@@ -7,8 +7,9 @@ from folding_schemas.results import Proposal, RunInfo
 from folding_schemas.wire import Wire
 from pydantic import BaseModel, ConfigDict
 
-Actions = tuple[Action, ...]
-Lineage = tuple[Actions, ...]
+Explanation = tuple[Action, ...]
+"""The actions that explain what changed between two photos, in order."""
+Lineage = tuple[Explanation, ...]
 """The steps that lead from the flat sheet to the checkpoint something grew from."""
 Phase = Literal[
     "locating",
@@ -52,7 +53,7 @@ class Trial(Wire):
 
     frame: int
     lineage: Lineage
-    actions: Actions
+    actions: Explanation
     agreement: float | None
     matches: bool
 
@@ -62,7 +63,7 @@ class Planned(Wire):
 
     frame: int
     lineage: Lineage
-    actions: Actions
+    actions: Explanation
 
 
 class FrameStep(BaseModel):
@@ -77,8 +78,8 @@ class FrameStep(BaseModel):
 
     phase: Phase = "locating"
     info: RunInfo | None = None
-    candidates: list[Actions] | None = None
-    actions: Actions = ()
+    candidates: list[Explanation] | None = None
+    actions: Explanation = ()
     agreement: float | None = None
     last: Trial | None = None
     why: str = ""
