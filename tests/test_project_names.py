@@ -57,8 +57,8 @@ NAMES_TO_TELL_APART: frozenset[str] = frozenset(
         # mcp, store
         *("Actions", "Count", "Frame", "SequenceName", "check"),
         # client
-        *("Answer", "CreasePattern", "Event", "EventLog", "FILES", "FORMAT", "Form", "NEAR", "Out"),
-        *("Progress", "Role", "Shown", "TOLERANCE", "described", "in_brief", "replay", "write_sequence"),
+        *("Answer", "CreasePattern", "Event", "EventLog", "FILES", "FORMAT", "Form", "Out"),
+        *("Progress", "Role", "TOLERANCE", "replay", "write_sequence"),
     }
 )
 FILES_TO_TELL_APART: frozenset[str] = frozenset({"folding.py"})

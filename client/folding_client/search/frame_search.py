@@ -16,6 +16,7 @@ what was tried. Where it only ``tries_clear`` proposals, it gives the frame up i
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from folding_schemas.actions import Actions
 from folding_schemas.results import Comparison, Proposals, RunInfo
 from pydantic import ValidationError
 
@@ -23,7 +24,6 @@ from folding_client.interrupts import StepHopeless
 from folding_client.messages import ToolResult
 from folding_client.search.backtracking import best_trial, open_plan, rival_choice, way_to
 from folding_client.search.search_state import (
-    Explanation,
     FrameStep,
     Phase,
     Planned,
@@ -110,10 +110,10 @@ class FrameSearch:
         return self.state.step
 
     @property
-    def _candidates(self) -> list[Explanation]:
+    def _candidates(self) -> list[Actions]:
         return self._step.candidates or []
 
-    def _left_from_before(self, info: RunInfo) -> list[Explanation] | None:
+    def _left_from_before(self, info: RunInfo) -> list[Actions] | None:
         """What was still to be tried at this frame, after these steps, when the work on it was cut short."""
         before, now = self._step, FrameStep(info=info)
         same = before.info is not None and (before.frame, before.lineage) == (now.frame, now.lineage)
@@ -161,7 +161,7 @@ class FrameSearch:
         self._step.candidates = self._worth_trying(known)[:left]
         return self._try_next()
 
-    def _worth_trying(self, known: Proposed) -> list[Explanation]:
+    def _worth_trying(self, known: Proposed) -> list[Actions]:
         """The proposals that come into question and were not tried yet."""
         untried = self.state.untried(known)
         if self._options.tries_clear:
@@ -178,7 +178,7 @@ class FrameSearch:
             return self._restore(step.frame - 1, "retrying")
         return self._try(self._candidates[0])
 
-    def _try(self, actions: Explanation) -> Calls:
+    def _try(self, actions: Actions) -> Calls:
         """Carry actions out and compare."""
         step = self._step
         step.phase, step.actions = "trying", actions
@@ -296,7 +296,7 @@ def _disagreement(comparison: Comparison | None) -> str:
     return " ".join([f"{comparison.verdict}.", *(f"{each}." for each in comparison.discrepancies)])
 
 
-def _question(frame: int, actions: Explanation) -> dict[str, object]:
+def _question(frame: int, actions: Actions) -> dict[str, object]:
     """What the critic is asked about a result of actions."""
     classes = list(dict.fromkeys(action.action for action in actions if action.action != "add_vertex"))
     question: dict[str, object] = {"frame": frame, "action_classes": classes or ["none"]}

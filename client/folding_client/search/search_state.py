@@ -2,14 +2,12 @@
 
 from typing import Literal
 
-from folding_schemas.actions import Action
+from folding_schemas.actions import Actions
 from folding_schemas.results import Proposal, RunInfo
 from folding_schemas.wire import Wire
 from pydantic import BaseModel, ConfigDict
 
-Explanation = tuple[Action, ...]
-"""The actions that explain what changed between two photos, in order."""
-Lineage = tuple[Explanation, ...]
+Lineage = tuple[Actions, ...]
 """The steps that lead from the flat sheet to the checkpoint something grew from."""
 Phase = Literal[
     "locating",
@@ -53,7 +51,7 @@ class Trial(Wire):
 
     frame: int
     lineage: Lineage
-    actions: Explanation
+    actions: Actions
     agreement: float | None
     matches: bool
 
@@ -63,7 +61,7 @@ class Planned(Wire):
 
     frame: int
     lineage: Lineage
-    actions: Explanation
+    actions: Actions
 
 
 class FrameStep(BaseModel):
@@ -78,8 +76,8 @@ class FrameStep(BaseModel):
 
     phase: Phase = "locating"
     info: RunInfo | None = None
-    candidates: list[Explanation] | None = None
-    actions: Explanation = ()
+    candidates: list[Actions] | None = None
+    actions: Actions = ()
     agreement: float | None = None
     last: Trial | None = None
     why: str = ""

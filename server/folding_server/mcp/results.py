@@ -3,11 +3,14 @@
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from folding_schemas.pictures import PictureMeta
 from folding_schemas.wire import Wire
 from mcp.types import CallToolResult, ContentBlock, ImageContent, TextContent
+
+if TYPE_CHECKING:
+    from folding_server.frames.image_files import EncodedImage
 
 IMAGE_LIMIT = 800_000
 """The most bytes that the images of one answer may have together, as they travel (base64).
@@ -16,23 +19,11 @@ Hosts that read answers as server-sent events refuse an event of more than 1 MiB
 """
 
 
-class EncodedImage(Protocol):
-    """A picture ready to send: encoded bytes and their MIME type."""
-
-    @property
-    def data(self) -> bytes:
-        """The encoded image."""
-
-    @property
-    def mime(self) -> str:
-        """Its MIME type, such as image/jpeg."""
-
-
 @dataclass(frozen=True)
 class AnswerPicture:
     """A picture of an answer, and what it shows."""
 
-    image: EncodedImage
+    image: "EncodedImage"
     meta: PictureMeta
 
     def content(self) -> ImageContent:
