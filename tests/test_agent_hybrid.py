@@ -89,6 +89,8 @@ def test_a_hybrid_run_that_stopped_goes_on_with_both_and_replays(tmp_path: Path)
     assert resumed.status == "complete"
     assert resumed.run["decided"] == {"1": "geometric", "2": BEHIND}
     assert resumed.run["totals"]["agent"]["queries"] == 3
+    asked = [event["name"] for event in events(tmp_path / "run", "call")]
+    assert asked.count("propose_actions") == 1
     assert asyncio.run(replay(tmp_path / "run")).differences == ()
 
 

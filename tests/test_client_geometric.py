@@ -271,6 +271,17 @@ SENT_BACK = World(
     {(2, (10,)): 0.99, (2, (20,)): 0.985, (3, (10, 30)): 0.9, (3, (10, 35)): 0.92, (3, (20, 30)): 0.6},
 )
 """A world in which the search tries several explanations, goes back to a rival, and returns to what was best."""
+SETTLED = World(
+    {2: [(10, 0.99), (20, 0.985), (25, 0.98), (28, 0.97)], 3: [(30, 0.99)]},
+    {
+        (2, (10,)): 0.9,
+        (2, (20,)): 0.91,
+        (2, (25,)): 0.92,
+        (2, (28,)): 0.99,
+        **{(3, (angle, 30)): 0.97 for angle in (10, 20, 25, 28)},
+    },
+)
+"""A world in which the search settles for the third try, whatever comes after it."""
 
 
 def kept(state: SearchState) -> SearchState:
@@ -290,12 +301,18 @@ def test_a_search_state_is_plain_data_that_comes_back_as_it_was() -> None:
 
 
 @pytest.mark.parametrize("answered", [False, True], ids=["before its calls are made", "after they are made"])
-def test_a_search_killed_after_any_reply_goes_on_to_the_same_program(answered: bool) -> None:
-    whole = deepcopy(SENT_BACK)
-    steps = asyncio.run(solve(whole, GeometricModel()))
-    assert steps == [(10,), (35,)]
-    for cut in range(1, replies_needed()):
-        world = replace(deepcopy(SENT_BACK), budget=8)
+@pytest.mark.parametrize(
+    ("begun", "steps"),
+    [(SENT_BACK, [(10,), (35,)]), (SETTLED, [(25,), (30,)])],
+    ids=["sent back", "settled"],
+)
+def test_a_search_killed_after_any_reply_goes_on_to_the_same_program(
+    begun: World, steps: list[Angles], answered: bool
+) -> None:
+    whole = GeometricModel()
+    assert asyncio.run(solve(deepcopy(begun), whole)) == steps
+    for cut in range(1, whole.state.queries):
+        world = replace(deepcopy(begun), budget=8)
         files: list[SearchState] = []
         model = GeometricModel(keep=lambda state, files=files: files.append(kept(state)))
         with pytest.raises(Killed):
@@ -305,13 +322,6 @@ def test_a_search_killed_after_any_reply_goes_on_to_the_same_program(answered: b
         assert asyncio.run(solve(world, again)) == steps
         known = [trial for trial in again.state.trials if trial in files[-1].trials]
         assert known == files[-1].trials
-
-
-def replies_needed() -> int:
-    """The replies that the search makes in that world."""
-    model = GeometricModel()
-    asyncio.run(solve(deepcopy(SENT_BACK), model))
-    return model.state.queries
 
 
 def test_a_search_that_cannot_be_read_is_refused_with_its_file(tmp_path: Path) -> None:
