@@ -27,7 +27,8 @@ from folding_server.interchange.programs import (
     resolved,
 )
 from folding_server.simulate import run_steps, simulate
-from folding_server.simulator import apply, folded_state, layers_of_planes, moved_faces, new_paper
+from folding_server.simulator import apply, folded_state, moved_faces, new_paper
+from folding_server.simulator.layers import layers_of_planes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import CAT, FIGURES, RECORDED, figure, random_paper, states

@@ -11,8 +11,9 @@ from folding_server.diagram.palette import DEFAULT_COLORS, Colors, Palette, pale
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import View, steady_view
 from folding_server.diagram.visibility import WHOLE, Span, VisibleFace, visible_faces, visible_spans
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Point, between
-from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.paper import Paper
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.line import Point
 from folding_server.geometry.polygon_batch import ConvexPolygons, convex_polygons
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper, edge_of
+from folding_server.simulator.paper import Paper
 
 SLIVER = 5 * TOLERANCE
 """Visible parts narrower than this (sheet units) are left out: matching layers differ by about as much."""

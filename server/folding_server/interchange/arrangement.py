@@ -8,14 +8,13 @@ from typing import TypeVar
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from folding_server.arrays import Floats
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import Edge, component_of, edge_of
 from folding_server.geometry.line import Point
-from folding_server.geometry.union_find import joined
 from folding_server.simulator.foldability import Assignment, CreasePattern
 
-Edge = tuple[int, int]
 L = TypeVar("L", bound=str)
 
 NEAR = 1e-5
@@ -52,7 +51,7 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
         passed = [next(taken) for _ in row]
         for u, v in pairwise(passed):
             if u != v:
-                edge = (min(u, v), max(u, v))
+                edge = edge_of(u, v)
                 assignments[edge] = stronger(
                     assignments.get(edge, line.assignment), line.assignment, vertices[u], vertices[v]
                 )
@@ -60,11 +59,11 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
     return CreasePattern(*_without_idle(vertices, list(kept)), tuple(kept.values()))
 
 
-def one_vertex_each(points: NDArray[np.float64], near: float) -> list[int]:
+def one_vertex_each(points: Floats, near: float) -> list[int]:
     """For each point (n, 2) the number of its vertex; points nearer than that share one. Numbered as they come."""
     places = np.asarray(shapely.points(points))
     pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=near).T.tolist()
-    first = joined(range(len(points)), pairs)
+    first = component_of(range(len(points)), pairs)
     numbers: dict[int, int] = {}
     return [numbers.setdefault(first[i], len(numbers)) for i in range(len(points))]
 
@@ -87,7 +86,7 @@ def _firsts(vertex_of: Sequence[int]) -> list[int]:
     return list(first.values())
 
 
-def _cuts(ends: NDArray[np.float64], near: float) -> list[list[Point]]:
+def _cuts(ends: Floats, near: float) -> list[list[Point]]:
     """For each segment (n, 2, 2) the points at which it is cut, from its start to its end."""
     segments = np.asarray(shapely.linestrings(ends))
     at: list[list[float]] = [[0.0, 1.0] for _ in ends]
@@ -97,7 +96,7 @@ def _cuts(ends: NDArray[np.float64], near: float) -> list[list[Point]]:
     return [[_along(segment, t) for t in sorted(set(row))] for segment, row in zip(ends, at, strict=True)]
 
 
-def _meetings(segment: NDArray[np.float64], other: NDArray[np.float64], near: float) -> Iterable[float]:
+def _meetings(segment: Floats, other: Floats, near: float) -> Iterable[float]:
     """Where, as fractions of a segment, another touches or crosses it."""
     run, theirs = segment[1] - segment[0], other[1] - other[0]
     length = hypot(*run)
@@ -117,7 +116,7 @@ def _meetings(segment: NDArray[np.float64], other: NDArray[np.float64], near: fl
             yield t
 
 
-def _along(segment: NDArray[np.float64], t: float) -> Point:
+def _along(segment: Floats, t: float) -> Point:
     """The point a fraction of the way along a segment; its own ends exactly."""
     x, y = segment[int(t)] if t in {0.0, 1.0} else segment[0] + t * (segment[1] - segment[0])
     return float(x), float(y)

@@ -1,17 +1,20 @@
 """A paper from a crease pattern, the motions of its faces and which face lies over which."""
 
-import heapq
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+
+import networkx as nx
 
 from folding_server.errors import ProgramError
 from folding_server.geometry.convex import overlap
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, line_through
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+from folding_server.simulator.paper import Crease, Paper
 
 Relation = set[tuple[int, int]]
 
@@ -44,8 +47,11 @@ def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tu
     """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
     known = {frozenset(pair) for pair in given}
     relation = given | {pair for pair in _by_letters(paper, assignments) if frozenset(pair) not in known}
-    order = _topological(paper.faces, relation)
-    _check_all_ordered(paper, order, relation)
+    graph: nx.DiGraph[int] = nx.DiGraph()
+    graph.add_nodes_from(paper.faces)
+    graph.add_edges_from(relation)
+    order = _topological(graph)
+    _check_all_ordered(paper, order, graph)
     return order
 
 
@@ -58,25 +64,13 @@ def _by_letters(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple
             yield (front, back) if assignment == "V" else (back, front)
 
 
-def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
+def _topological(graph: "nx.DiGraph[int]") -> tuple[int, ...]:
     """The faces in an order in which every lower face comes first; smallest id first at a choice."""
-    above: dict[int, list[int]] = {}
-    below = dict.fromkeys(faces, 0)
-    for low, high in relation:
-        above.setdefault(low, []).append(high)
-        below[high] += 1
-    ready = [face for face, count in below.items() if count == 0]
-    heapq.heapify(ready)
-    order = []
-    while ready:
-        face = heapq.heappop(ready)
-        order.append(face)
-        for high in above.get(face, ()):
-            below[high] -= 1
-            if below[high] == 0:
-                heapq.heappush(ready, high)
-    if len(order) < len(below):
-        stuck = sorted(face - 1 for face in below if face not in set(order))
+    order: list[int] = []
+    with suppress(nx.NetworkXUnfeasible):  # raised at a circle, when all faces outside of it have been given
+        order.extend(nx.lexicographical_topological_sort(graph))
+    stuck = sorted(face - 1 for face in set(graph).difference(order))
+    if stuck:
         raise ProgramError(
             f"The face orders go round in a circle through faces {', '.join(map(str, stuck[:6]))} "
             "(numbered from 0); "
@@ -85,15 +79,11 @@ def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
     return tuple(order)
 
 
-def _check_all_ordered(paper: Paper, order: Sequence[int], relation: Relation) -> None:
+def _check_all_ordered(paper: Paper, order: Sequence[int], graph: "nx.DiGraph[int]") -> None:
     """Every pair that clearly overlaps must be ordered, directly or through the faces between."""
-    above: dict[int, set[int]] = {face: set() for face in order}
-    direct: dict[int, list[int]] = {}
-    for low, high in relation:
-        direct.setdefault(low, []).append(high)
+    above: dict[int, set[int]] = {}
     for face in reversed(order):
-        for high in direct.get(face, ()):
-            above[face] |= above[high] | {high}
+        above[face] = set(graph[face]).union(*(above[high] for high in graph[face]))
     for f, g in overlapping_pairs(paper):
         ordered = g in above[f] or f in above[g]
         if not ordered and overlap(paper.polygon(f), paper.polygon(g), ROUNDED):

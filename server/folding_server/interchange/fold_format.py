@@ -11,6 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 from folding_server.geometry.convex import area
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
@@ -93,12 +94,11 @@ def _attributes(touching: str) -> list[str]:
 def _mesh(pattern: CreasePattern) -> Document:
     """Everything that both frames share: edges, letters, angles, faces and how they are joined."""
     edge_index = {edge: i for i, edge in enumerate(pattern.edges)}
-    left: dict[tuple[int, int], int] = {}
+    left: dict[Edge, int] = {}
     faces_edges = []
     for f, cycle in enumerate(pattern.faces):
-        sides = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
-        left.update((side, f) for side in sides)
-        faces_edges.append([edge_index[min(side), max(side)] for side in sides])
+        left.update((side, f) for side in sides(cycle))
+        faces_edges.append([edge_index[edge_of(*side)] for side in sides(cycle)])
     return {
         "edges_vertices": [list(edge) for edge in pattern.edges],
         "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges],

@@ -7,14 +7,9 @@ from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import Cycle, Edge, edge_faces, edge_of
 from folding_server.geometry.line import Point, line_through
-from folding_server.geometry.planar import (
-    Cycle,
-    Edge,
-    boundary_cycles,
-    crossing_edges,
-    edge_faces,
-)
+from folding_server.geometry.planar import boundary_cycles, crossing_edges
 from folding_server.interchange.arrangement import DrawnLine, arranged
 from folding_server.interchange.crease_pattern import ASSIGNMENTS, counterclockwise
 from folding_server.interchange.face_ordering import stacked
@@ -174,7 +169,7 @@ def _pattern(frame: Frame, *, turned: bool = False, alone: bool = False) -> Crea
         raise ProgramError(
             "The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read."
         )
-    edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
+    edges = tuple(edge_of(*edge) for edge in frame.edges_vertices)
     if "C" in frame.assignments():
         raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
     assignments = tuple(ASSIGNMENTS[assignment] for assignment in frame.assignments())
@@ -194,7 +189,7 @@ def _is_mesh(points: list[Point], edges: tuple[Edge, ...], assignments: tuple[As
     """Whether edges meet in common vertices only and every crease divides two faces."""
     if crossing_edges(points, edges):
         return False
-    beside = edge_faces(boundary_cycles(points, edges, ()))
+    beside = edge_faces(dict(enumerate(boundary_cycles(points, edges, ()))))
     return all(
         len(beside.get(edge, ())) == 2 or assignment in "BF"
         for edge, assignment in zip(edges, assignments, strict=True)
@@ -237,7 +232,7 @@ def _with_boundary(
     edges: tuple[Edge, ...], assignments: tuple[Assignment, ...], faces: tuple[Cycle, ...]
 ) -> tuple[Assignment, ...]:
     """Letters with B for every unassigned edge that has one face only."""
-    beside = edge_faces(faces)
+    beside = edge_faces(dict(enumerate(faces)))
     return tuple(
         "B" if assignment == "U" and len(beside.get(edge, ())) == 1 else assignment
         for edge, assignment in zip(edges, assignments, strict=True)

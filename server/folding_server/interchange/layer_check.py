@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import edge_of
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Paper, edge_of
+from folding_server.simulator.paper import Paper
 from folding_server.simulator.validity.layers import crossing_violations
 from folding_server.simulator.validity.measures import measure
 

@@ -1,7 +1,8 @@
 """The folded model as a Wavefront OBJ mesh, its layers lifted apart so that they can be told apart."""
 
 from folding_server.geometry.convex import area
-from folding_server.simulator import Paper, layers_of_planes
+from folding_server.simulator import Paper
+from folding_server.simulator.layers import layers_of_planes
 
 THICKNESS = 0.01
 """Distance between layers in sheet units: ten times that of stiff paper, for a sheet of 15 cm."""

@@ -3,11 +3,12 @@
 from math import hypot
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import edge_of
 from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import FoldRecord, Frame
-from folding_server.simulator.paper import Crease, Paper, edge_of
+from folding_server.simulator.paper import Crease, Paper
 
 
 def restored(folded: Frame, pattern: Frame) -> Paper:

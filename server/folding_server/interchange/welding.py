@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from folding_server.errors import ProgramError
-from folding_server.geometry.planar import Cycle, Edge
+from folding_server.geometry.graph import Cycle, Edge
 from folding_server.interchange.arrangement import one_vertex_each, stronger
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import Frame, frame_of

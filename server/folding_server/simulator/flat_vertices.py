@@ -8,9 +8,10 @@ tolerance, each adds to what the faces around it disagree by on its place. Such 
 from collections.abc import Iterable
 from math import atan2, hypot, pi
 
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Point
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.paper import Paper
 
 DRIFT = 4 * TOLERANCE
 """How far faces may disagree on a place, since a vertex of each fold through it may be off by the tolerance."""

@@ -7,12 +7,13 @@ face that lies over a moving part (paper cannot pass through the paper above it)
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.fold_builder import FoldBuilder
-from folding_server.simulator.paper import Crease, Edge, Paper
+from folding_server.simulator.paper import Crease, Paper
 from folding_server.simulator.planes import planes
 from folding_server.simulator.vertices import known_vertices
 

@@ -5,11 +5,12 @@ from typing import Literal, cast
 from folding_schemas.state import EdgeKind, FoldedState
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.planes import layers_of_planes
 
 
 def folded_state(paper: Paper) -> FoldedState:
     """S = (V, F, E, O, L) with positions in sheet units to 6 decimals (paper, "Origami State Representation")."""
+    from folding_server.simulator.layers import layers_of_planes  # loads networkx
+
     positions = paper.folded_vertices_coords
     return FoldedState(
         vertices={str(v): (_rounded(positions[v][0]), _rounded(positions[v][1])) for v in sorted(positions)},

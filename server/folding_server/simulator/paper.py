@@ -9,16 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from folding_server.geometry.graph import Edge, edge_faces
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
-
-Edge = tuple[int, int]
-"""Two vertex ids, smaller first."""
-
-
-def edge_of(u: int, v: int) -> Edge:
-    """The edge between two vertices, in the order used as a key."""
-    return (u, v) if u < v else (v, u)
 
 
 class Crease(NamedTuple):
@@ -57,14 +50,7 @@ class Paper:
     @cached_property
     def edge_faces(self) -> Mapping[Edge, tuple[int, ...]]:
         """Edge -> the one or two faces beside it."""
-        beside: dict[Edge, tuple[int, ...]] = {}
-        for face, cycle in self.faces.items():
-            u = cycle[-1]
-            for v in cycle:
-                key = (u, v) if u < v else (v, u)
-                beside[key] = (*beside[key], face) if key in beside else (face,)
-                u = v
-        return beside
+        return edge_faces(self.faces)
 
     @cached_property
     def vertex_face(self) -> Mapping[int, int]:

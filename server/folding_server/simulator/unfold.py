@@ -10,10 +10,11 @@ from math import hypot, sqrt
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.convex import bounding_box, boxes_meet, overlap
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
-from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+from folding_server.simulator.paper import Crease, Paper
 from folding_server.simulator.vertices import known_vertices
 
 
@@ -162,7 +163,7 @@ def _joined(paper: Paper, start: Iterable[int], cut: frozenset[Edge]) -> frozens
     seen, waiting = set(start), list(start)
     while waiting:
         cycle = paper.faces[waiting.pop()]
-        for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
+        for u, v in sides(cycle):
             e = edge_of(u, v)
             if e not in cut:
                 fresh = [f for f in paper.edge_faces[e] if f not in seen]

@@ -4,9 +4,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.line import between
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper, edge_of
+from folding_server.simulator.paper import Paper
 
 
 def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:

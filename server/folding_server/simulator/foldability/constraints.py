@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from folding_server.arrays import Geometries
 from folding_server.simulator.foldability.equations import Pair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.validity.contacts import along, cells, overlapping, shrunk, through
@@ -80,9 +81,7 @@ class _Builder:
         """What the letters say of faces that overlap."""
         return (pair for pair in lettered(self.flat) if self.overlap(pair))
 
-    def equal(
-        self, tolerance: float, outlines: "np.typing.NDArray[np.object_]"
-    ) -> Iterator[tuple[Pair, Pair]]:
+    def equal(self, tolerance: float, outlines: Geometries) -> Iterator[tuple[Pair, Pair]]:
         """Equations between two statements."""
         if not self.flat.creases:
             return

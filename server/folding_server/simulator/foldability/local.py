@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import atan2, hypot, pi, tau
 from typing import Literal
 
-from folding_server.simulator.foldability.flat_faces import Crease, creases_of
+from folding_server.simulator.foldability.flat_faces import PatternCrease, creases_of
 from folding_server.simulator.foldability.pattern import CreasePattern
 
 ANGLE = 1e-2
@@ -30,7 +30,7 @@ def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
     angles add up to half a turn. Marks are not folded and do not count.
     """
     extent = max(max(c) - min(c) for c in zip(*pattern.vertices, strict=True))
-    around: dict[int, list[Crease]] = {}
+    around: dict[int, list[PatternCrease]] = {}
     for crease in creases_of(pattern):
         for v in crease.edge:
             around.setdefault(v, []).append(crease)
@@ -49,7 +49,9 @@ def _outline(pattern: CreasePattern) -> set[int]:
     return {v for edge in pattern.edges if edge not in inner for v in edge}
 
 
-def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> Iterator[LocalViolation]:
+def _maekawa(
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease]
+) -> Iterator[LocalViolation]:
     mountains, valleys, free = (sum(c.assignment == assignment for c in folded) for assignment in "MVU")
     if not folded:
         return
@@ -66,7 +68,7 @@ def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> I
 
 
 def _kawasaki(
-    pattern: CreasePattern, vertex: int, folded: Sequence[Crease], place: float
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease], place: float
 ) -> Iterator[LocalViolation]:
     if not folded or len(folded) % 2:
         return

@@ -6,6 +6,8 @@ from functools import cached_property
 from typing import Literal, get_args
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import Cycle, Edge
+from folding_server.geometry.line import Point
 from folding_server.geometry.planar import boundary_cycles
 from folding_server.simulator.paper import Paper
 
@@ -13,9 +15,7 @@ Assignment = Literal["B", "M", "V", "F", "U"]
 """Boundary, mountain, valley, flat (a mark), or a crease whose direction is not given."""
 
 ASSIGNMENTS: Mapping[str, Assignment] = {assignment: assignment for assignment in get_args(Assignment)}
-
-Edge = tuple[int, int]
-Cycle = tuple[int, ...]
+"""Every assignment of a pattern by itself, to check and narrow plain strings with."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class CreasePattern:
     ``names``     what each vertex is called in messages; its index if empty
     """
 
-    vertices: tuple[tuple[float, float], ...]
+    vertices: tuple[Point, ...]
     edges: tuple[Edge, ...]
     edges_assignment: tuple[Assignment, ...]
     faces: tuple[Cycle, ...] = ()

@@ -8,7 +8,12 @@ from folding_server.geometry.planar import crossing_edges
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.foldability.constraints import conditions, lettered
 from folding_server.simulator.foldability.equations import ContradictionError, Pair
-from folding_server.simulator.foldability.flat_faces import FOLDED, FlatFaces, creases_of, lay_flat
+from folding_server.simulator.foldability.flat_faces import (
+    FOLDED_ASSIGNMENTS,
+    FlatFaces,
+    creases_of,
+    lay_flat,
+)
 from folding_server.simulator.foldability.local import LocalViolation, local_violations
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
@@ -84,7 +89,7 @@ def _not_a_pattern(pattern: CreasePattern) -> Iterator[str]:
         yield f"Edges {first} and {second} meet without a common vertex, so the pattern is not planar."
     joined = {crease.edge for crease in creases_of(pattern)}
     for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
-        if assignment in FOLDED and edge not in joined:
+        if assignment in FOLDED_ASSIGNMENTS and edge not in joined:
             yield f"Crease {_edge_name(pattern, edge)} ({assignment}) does not lie between two faces, so it cannot be folded."
 
 
