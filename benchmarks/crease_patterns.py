@@ -35,7 +35,7 @@ def map_grid(columns: int, rows: int, assignment: Assignment = "U") -> CreasePat
     assignments: tuple[Assignment, ...] = tuple(
         "B" if known == "B" else assignment for known in plain.edges_assignment
     )
-    return CreasePattern(plain.vertices, plain.edges, assignments)
+    return CreasePattern(plain.vertices_coords, plain.edges_vertices, assignments)
 
 
 def all_layers(folds: int, seed: int) -> CreasePattern:

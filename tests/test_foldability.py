@@ -168,7 +168,7 @@ def test_a_ring_that_does_not_close_up_is_refused():
     faces = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
     ring = CreasePattern(tuple(outer + inner), tuple(edges), (*"BBBBBBBBVVVV",), tuple(faces))
     assert "do not close up" in check_pattern(ring).reason
-    straight = replace(ring, vertices=(*outer, (1, 1), (2, 1), (2, 2), (1, 2)))
+    straight = replace(ring, vertices_coords=(*outer, (1, 1), (2, 1), (2, 2), (1, 2)))
     assert "close up" not in check_pattern(straight).reason
 
 

@@ -17,16 +17,16 @@ from folding_server.simulator.foldability import Assignment, CreasePattern
 
 L = TypeVar("L", bound=str)
 
-NEAR = 1e-5
+COINCIDENT = 1e-5
 """Points nearer than this, in units of the drawing's longer side, are one: coordinates may be rounded to five digits."""
 
 STRENGTH: Mapping[str, int] = {"J": 0, "F": 1, "U": 2, "M": 3, "V": 3, "B": 4, "C": 5}
-"""Which letter counts where lines lie on top of each other: the highest."""
+"""Which assignment counts where lines lie on top of each other: the highest."""
 
 
 @dataclass(frozen=True)
 class DrawnLine:
-    """A straight line from one point to another, in any unit, with the letter of the crease it stands for."""
+    """A straight line from one point to another, in any unit, with the assignment of the crease it stands for."""
 
     start: Point
     end: Point
@@ -40,7 +40,7 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
     if a mountain and a valley lie on top of each other.
     """
     ends = np.array([(line.start, line.end) for line in lines], float).reshape(-1, 2, 2)
-    near = NEAR * float(np.ptp(ends.reshape(-1, 2), axis=0).max(initial=0.0))
+    near = COINCIDENT * float(np.ptp(ends.reshape(-1, 2), axis=0).max(initial=0.0))
     cuts = _cuts(ends, near)
     points = np.array([p for row in cuts for p in row]).reshape(-1, 2)
     vertex_of = one_vertex_each(points, near)
@@ -61,15 +61,15 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
 
 def one_vertex_each(points: Floats, near: float) -> list[int]:
     """For each point (n, 2) the number of its vertex; points nearer than that share one. Numbered as they come."""
-    places = np.asarray(shapely.points(points))
-    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=near).T.tolist()
+    marks = np.asarray(shapely.points(points))
+    pairs = shapely.STRtree(marks).query(marks, predicate="dwithin", distance=near).T.tolist()
     first = component_of(range(len(points)), pairs)
     numbers: dict[int, int] = {}
     return [numbers.setdefault(first[i], len(numbers)) for i in range(len(points))]
 
 
 def stronger(first: L, second: L, u: Sequence[float], v: Sequence[float]) -> L:
-    """The letter of two lines that lie on top of each other from u to v. ProgramError for a mountain and a valley."""
+    """The assignment of two lines that lie on top of each other from u to v. ProgramError for a mountain and a valley."""
     if {first, second} == {"M", "V"}:
         raise ProgramError(
             f"A mountain and a valley lie on top of each other from ({u[0]:g}, {u[1]:g}) to ({v[0]:g}, {v[1]:g}); "

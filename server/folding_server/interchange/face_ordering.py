@@ -25,28 +25,32 @@ def stacked(
     """The paper whose faces lie as ``motions`` says, stacked so that (lower, upper) in ``relation`` holds.
 
     Faces take ids from 1 by index. Neighbours across a folded crease may be left out of the relation: the
-    letter of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
+    assignment of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
     in a circle.
     """
-    sheet = max(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
-    places = {v: pattern.vertices[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))}
-    faces = {i + 1: turned_round([vertex_ids[v] for v in cycle]) for i, cycle in enumerate(pattern.faces)}
+    sheet = max(x for x, _ in pattern.vertices_coords), max(y for _, y in pattern.vertices_coords)
+    vertices_coords = {
+        v: pattern.vertices_coords[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))
+    }
+    faces = {
+        i + 1: turned_round([vertex_ids[v] for v in cycle]) for i, cycle in enumerate(pattern.faces_vertices)
+    }
     isometries = {i + 1: motion for i, motion in enumerate(motions)}
-    loose = Paper(sheet, places, faces, isometries, tuple(faces), {}, 0, {})
+    loose = Paper(sheet, vertices_coords, faces, isometries, tuple(faces), {}, 0, {})
     assignments = {
         edge_of(vertex_ids[u], vertex_ids[v]): assignment
-        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
     }
     order = _order(loose, {(low + 1, high + 1) for low, high in relation}, assignments)
-    ordered = Paper(sheet, places, faces, isometries, order, {}, 0, {})
+    ordered = Paper(sheet, vertices_coords, faces, isometries, order, {}, 0, {})
     creases, fold_edges = _folds(ordered)
-    return Paper(sheet, places, faces, isometries, order, creases, len(fold_edges), fold_edges)
+    return Paper(sheet, vertices_coords, faces, isometries, order, creases, len(fold_edges), fold_edges)
 
 
 def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tuple[int, ...]:
     """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
     known = {frozenset(pair) for pair in given}
-    relation = given | {pair for pair in _by_letters(paper, assignments) if frozenset(pair) not in known}
+    relation = given | {pair for pair in _by_assignments(paper, assignments) if frozenset(pair) not in known}
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(paper.faces)
     graph.add_edges_from(relation)
@@ -55,7 +59,7 @@ def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tu
     return order
 
 
-def _by_letters(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
+def _by_assignments(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
     """(lower, upper) across each folded crease: the lower face has its front up at a valley."""
     for edge, beside in paper.edge_faces.items():
         assignment = assignments.get(edge)

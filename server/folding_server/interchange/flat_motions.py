@@ -28,9 +28,9 @@ def sheet_scale(points: Sequence[Point]) -> float:
 
 def normalised(pattern: CreasePattern) -> CreasePattern:
     """The pattern with lower left corner (0, 0), in sheet units. ProgramError if it is no full rectangle."""
-    points = pattern.vertices
+    points = pattern.vertices_coords
     width, height = _extent(points)
-    covered = sum(abs(area([points[v] for v in cycle])) for cycle in pattern.faces)
+    covered = sum(abs(area([points[v] for v in cycle])) for cycle in pattern.faces_vertices)
     if min(width, height) <= 0 or abs(covered - width * height) > ROUNDED * (width + height) * max(
         width, height
     ):
@@ -42,7 +42,9 @@ def normalised(pattern: CreasePattern) -> CreasePattern:
     scale, left, bottom = sheet_scale(points), min(x for x, _ in points), min(y for _, y in points)
     if scale == 1.0 and max(abs(left), abs(bottom)) <= ROUNDED:
         return pattern
-    return replace(pattern, vertices=tuple(((x - left) * scale, (y - bottom) * scale) for x, y in points))
+    return replace(
+        pattern, vertices_coords=tuple(((x - left) * scale, (y - bottom) * scale) for x, y in points)
+    )
 
 
 def _extent(points: Sequence[Point]) -> tuple[float, float]:
@@ -51,16 +53,16 @@ def _extent(points: Sequence[Point]) -> tuple[float, float]:
 
 
 def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: float) -> Motions:
-    """The motion of each face from sheet to folded place, in sheet units; ``scale`` is that of the file.
+    """The motion of each face from the sheet to the folded form, in sheet units; ``scale`` is that of the file.
 
     ProgramError if a face has another shape when folded.
     """
     motions = []
-    for i, cycle in enumerate(pattern.faces):
-        flat = [pattern.vertices[v] for v in cycle]
+    for i, cycle in enumerate(pattern.faces_vertices):
+        flat = [pattern.vertices_coords[v] for v in cycle]
         lies = [(folded[v][0] * scale, folded[v][1] * scale) for v in cycle]
         motion = best_motion(flat, lies)
-        worst = max(dist(motion(place), point) for place, point in zip(flat, lies, strict=True))
+        worst = max(dist(motion(vertex), point) for vertex, point in zip(flat, lies, strict=True))
         if worst > ROUNDED:
             raise ProgramError(
                 f"Face {i} of the FOLD file has another shape when folded (a corner is out by "
@@ -94,7 +96,7 @@ def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
 def motions_by_folding(pattern: CreasePattern) -> Motions:
     """The motion of each face when every M and V is folded flat and face 0 stays.
 
-    ProgramError if a crease has no letter, or the faces do not close up around a vertex (Kawasaki's theorem).
+    ProgramError if a crease is unassigned, or the faces do not close up around a vertex (Kawasaki's theorem).
     """
     if "U" in pattern.edges_assignment:
         raise ProgramError(
@@ -102,19 +104,19 @@ def motions_by_folding(pattern: CreasePattern) -> Motions:
             "give M, V or F for every crease, or check it for foldability to find a folded state."
         )
     shared = _shared_edges(pattern)
-    isometries = faces_isometries(pattern.vertices, shared)
+    isometries = faces_isometries(pattern.vertices_coords, shared)
     _check_closed(pattern, shared, isometries)
-    if len(isometries) < len(pattern.faces):
+    if len(isometries) < len(pattern.faces_vertices):
         raise ProgramError(
             "The faces of the crease pattern are not all joined; only sheets in one piece are read."
         )
-    return [isometries[i] for i in range(len(pattern.faces))]
+    return [isometries[i] for i in range(len(pattern.faces_vertices))]
 
 
 def _check_closed(
     pattern: CreasePattern, shared: Sequence[SharedEdge], isometries: Mapping[int, Isometry]
 ) -> None:
-    """The faces beside an edge must put it in one place, turned over against each other if it is folded.
+    """The faces beside an edge must agree on its ends, turned over against each other if it is folded.
 
     Edges are looked at in the order in which the second of their faces was reached, so that the first at fault is named.
     """
@@ -122,7 +124,7 @@ def _check_closed(
     between = (s for s in shared if s.faces[0] in rank)
     for (u, v), (first, second), folded in sorted(between, key=lambda s: max(rank[f] for f in s.faces)):
         one, other = isometries[first], isometries[second]
-        ends = pattern.vertices[u], pattern.vertices[v]
+        ends = pattern.vertices_coords[u], pattern.vertices_coords[v]
         if (one.mirrors != other.mirrors) != folded or any(dist(one(p), other(p)) > ROUNDED for p in ends):
             raise ProgramError(
                 "The crease pattern does not fold flat as its letters say: its faces do not close up at the "
@@ -132,15 +134,15 @@ def _check_closed(
 
 def _shared_edges(pattern: CreasePattern) -> list[SharedEdge]:
     """The edges between two faces. ProgramError if a face has a side that is no edge, or an edge three faces."""
-    index = {edge: i for i, edge in enumerate(pattern.edges)}
-    for f, cycle in enumerate(pattern.faces):
+    index = {edge: i for i, edge in enumerate(pattern.edges_vertices)}
+    for f, cycle in enumerate(pattern.faces_vertices):
         for u, v in sides(cycle):
             if edge_of(u, v) not in index:
                 raise ProgramError(
                     f"Face {f} of the FOLD file has a side {u}-{v} that is no edge; add it to edges_vertices."
                 )
     shared = []
-    for edge, faces in edge_faces(dict(enumerate(pattern.faces))).items():
+    for edge, faces in edge_faces(dict(enumerate(pattern.faces_vertices))).items():
         if len(faces) > 2:
             raise ProgramError(
                 f"Edge {index[edge]} of the FOLD file has {len(faces)} faces; a sheet of paper has two at most."
@@ -158,23 +160,23 @@ def unfolded(folded: CreasePattern) -> CreasePattern:
     lower edge level.
     """
     motions = motions_by_folding(folded)
-    places: dict[int, Point] = {}
-    for cycle, motion in zip(folded.faces, motions, strict=True):
+    vertices_coords: dict[int, Point] = {}
+    for cycle, motion in zip(folded.faces_vertices, motions, strict=True):
         for v in cycle:
-            places.setdefault(v, motion(folded.vertices[v]))
-    if len(places) < len(folded.vertices):
+            vertices_coords.setdefault(v, motion(folded.vertices_coords[v]))
+    if len(vertices_coords) < len(folded.vertices_coords):
         raise ProgramError("The FOLD file has a vertex that no face uses; remove it.")
-    points = [places[v] for v in range(len(folded.vertices))]
+    points = [vertices_coords[v] for v in range(len(folded.vertices_coords))]
     points = _levelled(folded, points)
-    faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in folded.faces)
-    return replace(folded, vertices=tuple(points), faces=faces)
+    faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in folded.faces_vertices)
+    return replace(folded, vertices_coords=tuple(points), faces_vertices=faces)
 
 
 def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
     """The points turned so that the longest boundary edge is level, mirrored if face 0 runs clockwise."""
     boundary = [
         edge
-        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
         if assignment == "B"
     ]
     if not boundary:
@@ -185,6 +187,6 @@ def _levelled(pattern: CreasePattern, points: list[Point]) -> list[Point]:
     side = complex(*points[v]) - complex(*points[u])
     turn = abs(side) / side
     turned = [complex(*p) * turn for p in points]
-    if area([points[w] for w in pattern.faces[0]]) < 0:
+    if area([points[w] for w in pattern.faces_vertices[0]]) < 0:
         turned = [p.conjugate() for p in turned]
     return [(p.real, p.imag) for p in turned]

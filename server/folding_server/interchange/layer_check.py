@@ -17,7 +17,7 @@ def check_layers(paper: Paper, pattern: CreasePattern, vertex_ids: Sequence[int]
 
     ``vertex_ids`` are the ids of the pattern's vertices on the paper; faces are named by their number in the file.
     """
-    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
         edge = edge_of(vertex_ids[u], vertex_ids[v])
         found = paper.edge_assignment(edge) if edge in paper.edge_faces else assignment
         if {assignment, found} == {"M", "V"}:

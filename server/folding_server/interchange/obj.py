@@ -4,11 +4,11 @@ from folding_server.geometry.convex import area
 from folding_server.simulator import Paper
 from folding_server.simulator.layers import layers_of_planes
 
-THICKNESS = 0.01
+LAYER_DISTANCE = 0.01
 """Distance between layers in sheet units: ten times that of stiff paper, for a sheet of 15 cm."""
 
 
-def obj_text(paper: Paper, thickness: float = THICKNESS) -> str:
+def obj_text(paper: Paper, thickness: float = LAYER_DISTANCE) -> str:
     """One group a face, corners counter-clockwise seen from the front; z grows from layer to layer.
 
     Faces share no vertices: neighbours across a fold lie in different layers.

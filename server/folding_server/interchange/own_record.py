@@ -7,16 +7,18 @@ from folding_server.geometry.graph import edge_of
 from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
-from folding_server.interchange.fold_frames import FoldRecord, Frame
+from folding_server.interchange.fold_frames import FoldFrame, FoldRecord
 from folding_server.simulator.paper import Crease, Paper
 
 
-def restored(folded: Frame, pattern: Frame) -> Paper:
+def restored(folded: FoldFrame, pattern: FoldFrame) -> Paper:
     """The paper of a file with a ``folding:record``; ProgramError if the record and the geometry disagree."""
     record = folded.record
     assert record is not None
     _check_names(folded, pattern, record)
-    places = {v: (p[0], p[1]) for v, p in zip(folded.vertex_ids, pattern.vertices_coords, strict=True)}
+    vertices_coords = {
+        v: (p[0], p[1]) for v, p in zip(folded.vertex_ids, pattern.vertices_coords, strict=True)
+    }
     counterclockwise = set(record.counterclockwise)
     faces = {}
     for face, cycle in zip(folded.face_ids, folded.faces_vertices, strict=True):
@@ -24,7 +26,7 @@ def restored(folded: Frame, pattern: Frame) -> Paper:
         faces[face] = ids if face in counterclockwise else turned_round(ids)
     paper = Paper(
         sheet=record.sheet,
-        vertices_coords=places,
+        vertices_coords=vertices_coords,
         faces=faces,
         isometries={f: Isometry(*t) for f, t in zip(folded.face_ids, record.isometries, strict=True)},
         order=tuple(record.order),
@@ -45,7 +47,7 @@ def _crease(chain: list[tuple[int, int]]) -> Crease:
     return crease
 
 
-def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
+def _check_names(folded: FoldFrame, pattern: FoldFrame, record: FoldRecord) -> None:
     """Everything the record names must be there."""
     faces, vertices = set(folded.face_ids), set(folded.vertex_ids)
     edges = (
@@ -68,7 +70,7 @@ def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
         )
 
 
-def _check_geometry(paper: Paper, folded: Frame) -> None:
+def _check_geometry(paper: Paper, folded: FoldFrame) -> None:
     """The isometries must put every vertex where the folded form has it."""
     for v, point in zip(folded.vertex_ids, folded.vertices_coords, strict=True):
         x, y = paper.folded_vertices_coords[v]

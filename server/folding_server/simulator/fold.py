@@ -22,7 +22,7 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
     """Fold along the line through two vertices, the moving side towards the viewer.
 
     Direction +1 moves the upper side (the right side if the line is vertical), -1 the other. Raises ActionRefused for
-    an unknown vertex or direction, two vertices at one place, a side without paper, and a fold that would turn the
+    an unknown vertex or direction, two vertices whose folded coordinates are the same, a side without paper, and a fold that would turn the
     whole model over.
     """
     line = fold_line(paper, edge, direction)
@@ -39,7 +39,7 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
 
 
 def _check(folded: Paper, creased: list[Edge], edge: Edge) -> None:
-    """ActionRefused if a vertex at the new creases would not lie flat, or not at one place."""
+    """ActionRefused if a vertex at the new creases would not lie flat, or its faces would disagree on its coordinates."""
     blunt = unflat_vertex(folded, creased)
     if blunt is not None:
         raise ActionRefused(

@@ -56,7 +56,7 @@ def unfold(paper: Paper, edge: Edge | None = None) -> Paper:
 
 
 def _checked(paper: Paper, hinge: Hinge, name: str) -> Paper:
-    """The unfolded paper; ActionRefused if a vertex of the crease would not lie flat, or not at one place."""
+    """The unfolded paper; ActionRefused if a vertex of the crease would not lie flat, or its faces would disagree on its coordinates."""
     blunt = unflat_vertex(paper, hinge.edges)
     if blunt is not None:
         raise ActionRefused(

@@ -72,7 +72,7 @@ def creases_of(pattern: CreasePattern) -> list[PatternCrease]:
     beside = edge_faces(dict(enumerate(pattern.cycles)))
     left_of = {side: face for face, cycle in enumerate(pattern.cycles) for side in sides(cycle)}
     found = []
-    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
         joins = len(set(beside.get(edge_of(u, v), ()))) == 2 and assignment != "B"
         if joins and (u, v) in left_of and (v, u) in left_of:
             found.append(PatternCrease((u, v), assignment, left_of[u, v], left_of[v, u]))
@@ -81,7 +81,7 @@ def creases_of(pattern: CreasePattern) -> list[PatternCrease]:
 
 def lay_flat(pattern: CreasePattern) -> FlatFaces:
     """Fold every crease flat, walking from face to face out of the first, which keeps its place front up."""
-    points = np.array(pattern.vertices, float)
+    points = np.array(pattern.vertices_coords, float)
     points = (points - points.min(axis=0)) / max(float(np.ptp(points, axis=0).max()), 1e-300)
     creases = creases_of(pattern)
     isometries = faces_isometries(
@@ -129,7 +129,7 @@ def _spread(pattern: CreasePattern, outlines: Sequence[Floats]) -> tuple[float, 
     """How far the faces disagree on a vertex at most, and on which."""
     corners = np.concatenate(outlines)
     owner = np.concatenate([np.array(cycle) for cycle in pattern.cycles])
-    low = np.full((len(pattern.vertices), 2), np.inf)
+    low = np.full((len(pattern.vertices_coords), 2), np.inf)
     high = -low
     np.minimum.at(low, owner, corners)
     np.maximum.at(high, owner, corners)

@@ -10,8 +10,8 @@ from folding_server.simulator.foldability.pattern import CreasePattern
 
 ANGLE = 1e-2
 """Radians that alternate angles may be off half a turn."""
-PLACE = 2e-4
-"""How far a vertex may be from where it should be, in units of the sheet's longer side: short creases turn by more."""
+OFF = 2e-4
+"""How far the coordinates of a vertex may be off, in units of the sheet's longer side: short creases turn by more."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
     Maekawa: mountains and valleys differ by two; a crease without direction counts as either. Kawasaki: alternate
     angles add up to half a turn. Marks are not folded and do not count.
     """
-    extent = max(max(c) - min(c) for c in zip(*pattern.vertices, strict=True))
+    extent = max(max(c) - min(c) for c in zip(*pattern.vertices_coords, strict=True))
     around: dict[int, list[PatternCrease]] = {}
     for crease in creases_of(pattern):
         for v in crease.edge:
@@ -39,14 +39,14 @@ def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
     for v in sorted(set(around) - outline):
         folded = [crease for crease in around[v] if crease.folded]
         found.extend(_maekawa(pattern, v, folded))
-        found.extend(_kawasaki(pattern, v, folded, PLACE * extent))
+        found.extend(_kawasaki(pattern, v, folded, OFF * extent))
     return found
 
 
 def _outline(pattern: CreasePattern) -> set[int]:
     """The vertices of edges that do not lie between two faces."""
     inner = {crease.edge for crease in creases_of(pattern)}
-    return {v for edge in pattern.edges if edge not in inner for v in edge}
+    return {v for edge in pattern.edges_vertices if edge not in inner for v in edge}
 
 
 def _maekawa(
@@ -68,16 +68,16 @@ def _maekawa(
 
 
 def _kawasaki(
-    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease], place: float
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease], off: float
 ) -> Iterator[LocalViolation]:
     if not folded or len(folded) % 2:
         return
-    x, y = pattern.vertices[vertex]
-    ends = [pattern.vertices[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
+    x, y = pattern.vertices_coords[vertex]
+    ends = [pattern.vertices_coords[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
     angles = sorted(atan2(v - y, u - x) for u, v in ends)
     gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
     error = abs(sum(gaps[::2]) - pi)
-    if error > ANGLE + place / min(hypot(u - x, v - y) for u, v in ends):
+    if error > ANGLE + off / min(hypot(u - x, v - y) for u, v in ends):
         yield LocalViolation(
             pattern.name(vertex),
             "Kawasaki",
