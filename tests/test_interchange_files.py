@@ -28,7 +28,7 @@ from folding_server.interchange.programs import (
 )
 from folding_server.simulate import run_steps, simulate
 from folding_server.simulator import apply, folded_state, moved_faces, new_paper
-from folding_server.simulator.layers import layers_of_planes
+from folding_server.simulator.plane_layers import layers_of_planes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import CAT, FIGURES, RECORDED, figure, random_paper, states

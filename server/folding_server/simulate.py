@@ -11,7 +11,7 @@ from folding_server.diagram.palette import colors_of
 from folding_server.diagram.strip import describe_action
 from folding_server.errors import ActionRefused, FoldingError, ProgramError
 from folding_server.simulator import Paper, apply, folded_state, moved_faces, new_paper
-from folding_server.simulator.layers import layers_of_planes
+from folding_server.simulator.plane_layers import layers_of_planes
 
 
 @dataclass(frozen=True)

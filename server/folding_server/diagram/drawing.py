@@ -15,7 +15,7 @@ from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Point, between
 from folding_server.simulator.paper import Paper
 
-FINEST_LINES = 0.55
+THINNEST_LINES = 0.55
 """Lines of small pictures get no finer than this part of their width at the reference size."""
 
 
@@ -51,7 +51,7 @@ def draw_body(paper: Paper, inks: DiagramColors, view: View, labels: bool) -> li
     """The elements of a diagram, without background, in the view's pixels."""
     faces = visible_faces(paper)
     strokes = _strokes(paper, visible_spans(paper, faces), {seen.face for seen in faces}, view)
-    unit = max(view.size / REFERENCE_SIZE, FINEST_LINES)
+    unit = max(view.size / REFERENCE_SIZE, THINNEST_LINES)
     body = [*_draw_faces(faces, inks, view), *_draw_strokes(strokes, inks, unit)]
     if labels:
         placed = place_labels(paper, faces, [(s.start, s.end) for s in strokes], view)

@@ -14,7 +14,7 @@ from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 Relation = set[tuple[int, int]]
 
@@ -99,7 +99,7 @@ def _check_all_ordered(paper: Paper, order: Sequence[int], graph: "nx.DiGraph[in
             )
 
 
-def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]]:
+def _folds(paper: Paper) -> tuple[dict[Edge, FoldedCrease], dict[int, tuple[int, int]]]:
     """Records for unfolding: folded creases on one line are taken as one fold, the upper face as the mover.
 
     Folds are numbered by the height of what they moved, so that the newest lies on top.
@@ -118,7 +118,7 @@ def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]
         (edges for _, edges in groups), key=lambda edges: max(paper.rank[_mover(paper, e)] for e in edges)
     )
     creases = {
-        edge: Crease(number, _mover(paper, edge), None)
+        edge: FoldedCrease(number, _mover(paper, edge), None)
         for number, edges in enumerate(lines, 1)
         for edge in edges
     }

@@ -15,7 +15,7 @@ from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 Document = dict[str, Any]
 
@@ -138,7 +138,7 @@ def _record(paper: Paper) -> Document:
     }
 
 
-def _crease_chain(crease: Crease | None) -> list[list[int]]:
+def _crease_chain(crease: FoldedCrease | None) -> list[list[int]]:
     """The records of a crease as [fold, face that moved], the newest first."""
     chain = []
     while crease is not None:

@@ -2,7 +2,7 @@
 
 from folding_server.geometry.convex import area
 from folding_server.simulator import Paper
-from folding_server.simulator.layers import layers_of_planes
+from folding_server.simulator.plane_layers import layers_of_planes
 
 LAYER_DISTANCE = 0.01
 """Distance between layers in sheet units: ten times that of stiff paper, for a sheet of 15 cm."""

@@ -8,7 +8,7 @@ from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import FoldFrame, FoldRecord
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 
 def restored(folded: FoldFrame, pattern: FoldFrame) -> Paper:
@@ -38,10 +38,10 @@ def restored(folded: FoldFrame, pattern: FoldFrame) -> Paper:
     return paper
 
 
-def _crease(chain: list[tuple[int, int]]) -> Crease:
+def _crease(chain: list[tuple[int, int]]) -> FoldedCrease:
     crease = None
     for fold, moved in reversed(chain):
-        crease = Crease(fold, moved, crease)
+        crease = FoldedCrease(fold, moved, crease)
     if crease is None:
         raise ProgramError("The FOLD file's folding:record has a crease without a fold; export it again.")
     return crease

@@ -13,7 +13,7 @@ from folding_server.geometry.line import Line, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.fold_builder import FoldBuilder
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.planes import planes
 from folding_server.simulator.vertices import known_vertices
 
@@ -121,7 +121,7 @@ def _turned_over(paper: Paper, cutting: "FoldBuilder", edge: Edge) -> tuple[Pape
     for crease, beside in cutting.beside.items():
         if len(beside) == 2 and (beside[0] in moving) != (beside[1] in moving):
             mover = beside[0] if beside[0] in moving else beside[1]
-            creases[crease] = Crease(number, mover, creases.get(crease))
+            creases[crease] = FoldedCrease(number, mover, creases.get(crease))
             turned.append(crease)
     stays, turns = cutting.stacks(paper.order)
     folded = replace(

@@ -8,7 +8,7 @@ from folding_server.geometry.convex import Box, bounding_box, boxes_meet, clip, 
 from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.line import Line, Point, between
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.vertices import insert_vertex
 
 
@@ -25,7 +25,7 @@ class FoldBuilder:
         self.faces = dict(paper.faces)
         self.isometries = dict(paper.isometries)
         self.beside = dict(paper.edge_faces)
-        self.creases: dict[Edge, Crease] = dict(paper.creases)
+        self.creases: dict[Edge, FoldedCrease] = dict(paper.creases)
         self.distance = {v: line.distance(p) for v, p in paper.folded_vertices_coords.items()}
         self.side = {v: _sign(d) for v, d in self.distance.items()}
         self._new_ids = count(max(paper.vertices_coords) + 1)
@@ -166,7 +166,7 @@ def _sign(distance: float) -> int:
     return 0 if abs(distance) <= TOLERANCE else 1 if distance > 0 else -1
 
 
-def _moved_by(record: Crease, face: int, new: int) -> Crease:
+def _moved_by(record: FoldedCrease, face: int, new: int) -> FoldedCrease:
     """A crease record in which a new part stands for the face it was cut from, all the way down."""
     below = record.below and _moved_by(record.below, face, new)
-    return Crease(record.fold, new if record.moved == face else record.moved, below)
+    return FoldedCrease(record.fold, new if record.moved == face else record.moved, below)

@@ -9,7 +9,7 @@ from folding_server.simulator.paper import Paper
 
 def folded_state(paper: Paper) -> FoldedState:
     """S = (V, F, E, O, L) with folded coordinates in sheet units to 6 decimals (paper, "Origami State Representation")."""
-    from folding_server.simulator.layers import layers_of_planes  # loads networkx
+    from folding_server.simulator.plane_layers import layers_of_planes  # loads networkx
 
     coords = paper.folded_vertices_coords
     return FoldedState(

@@ -14,7 +14,7 @@ from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 
 
-class Crease(NamedTuple):
+class FoldedCrease(NamedTuple):
     """Who last turned an inner edge: the fold's number, the face beside the edge that moved, and what it covered.
 
     ``below`` is the record that returns when this fold is undone by an unfold.
@@ -22,7 +22,7 @@ class Crease(NamedTuple):
 
     fold: int
     moved: int
-    below: "Crease | None"
+    below: "FoldedCrease | None"
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Paper:
     faces: Mapping[int, tuple[int, ...]]
     isometries: Mapping[int, Isometry]
     order: tuple[int, ...]
-    creases: Mapping[Edge, Crease]
+    creases: Mapping[Edge, FoldedCrease]
     folds: int
     fold_edges: Mapping[int, tuple[int, int]]
 

@@ -14,7 +14,7 @@ from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.vertices import known_vertices
 
 
@@ -210,7 +210,7 @@ def _swung(paper: Paper, swinging: frozenset[int], hinge: Hinge, *, over: bool) 
     """The paper with one side mirrored about the hinge and its stack reversed, on top or at the bottom."""
     stays = [f for f in paper.order if f not in swinging]
     turned = [f for f in reversed(paper.order) if f in swinging]
-    creases: dict[Edge, Crease] = dict(paper.creases)
+    creases: dict[Edge, FoldedCrease] = dict(paper.creases)
     for e in hinge.edges:
         below = creases.pop(e).below
         if below is not None:

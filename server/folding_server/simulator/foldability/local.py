@@ -15,7 +15,7 @@ OFF = 2e-4
 
 
 @dataclass(frozen=True)
-class LocalViolation:
+class VertexViolation:
     """A vertex (as the pattern calls it) at which a condition fails, and how."""
 
     vertex: int
@@ -23,7 +23,7 @@ class LocalViolation:
     detail: str
 
 
-def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
+def local_violations(pattern: CreasePattern) -> list[VertexViolation]:
     """Every vertex inside the sheet that breaks Maekawa's or Kawasaki's theorem, by ascending index.
 
     Maekawa: mountains and valleys differ by two; a crease without direction counts as either. Kawasaki: alternate
@@ -35,7 +35,7 @@ def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
         for v in crease.edge:
             around.setdefault(v, []).append(crease)
     outline = _outline(pattern)
-    found: list[LocalViolation] = []
+    found: list[VertexViolation] = []
     for v in sorted(set(around) - outline):
         folded = [crease for crease in around[v] if crease.folded]
         found.extend(_maekawa(pattern, v, folded))
@@ -51,16 +51,16 @@ def _outline(pattern: CreasePattern) -> set[int]:
 
 def _maekawa(
     pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease]
-) -> Iterator[LocalViolation]:
+) -> Iterator[VertexViolation]:
     mountains, valleys, free = (sum(c.assignment == assignment for c in folded) for assignment in "MVU")
     if not folded:
         return
     if len(folded) % 2:
-        yield LocalViolation(
+        yield VertexViolation(
             pattern.name(vertex), "Maekawa", f"An odd number of creases, {len(folded)}, meet here."
         )
     elif not any(abs(mountains + k - valleys - (free - k)) == 2 for k in range(free + 1)):
-        yield LocalViolation(
+        yield VertexViolation(
             pattern.name(vertex),
             "Maekawa",
             f"{mountains} mountains and {valleys} valleys meet here; they must differ by two.",
@@ -69,7 +69,7 @@ def _maekawa(
 
 def _kawasaki(
     pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease], off: float
-) -> Iterator[LocalViolation]:
+) -> Iterator[VertexViolation]:
     if not folded or len(folded) % 2:
         return
     x, y = pattern.vertices_coords[vertex]
@@ -78,7 +78,7 @@ def _kawasaki(
     gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
     error = abs(sum(gaps[::2]) - pi)
     if error > ANGLE + off / min(hypot(u - x, v - y) for u, v in ends):
-        yield LocalViolation(
+        yield VertexViolation(
             pattern.name(vertex),
             "Kawasaki",
             f"Alternate angles add up to {sum(gaps[::2]) * 180 / pi:.4g} and {sum(gaps[1::2]) * 180 / pi:.4g} degrees; "

@@ -14,7 +14,7 @@ from folding_server.simulator.foldability.flat_faces import (
     creases_of,
     lay_flat,
 )
-from folding_server.simulator.foldability.local import LocalViolation, local_violations
+from folding_server.simulator.foldability.local import VertexViolation, local_violations
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
 from folding_server.simulator.foldability.search import count_orders, first_order
@@ -42,7 +42,7 @@ class FoldabilityReport:
 
     foldable: bool
     reason: str
-    violations: tuple[LocalViolation, ...] = ()
+    violations: tuple[VertexViolation, ...] = ()
     states: int = 0
     capped: bool = False
     lying: tuple[FacePair, ...] = ()

@@ -1,7 +1,7 @@
 """Validators of a folded sheet. They share no code with the folding functions: only the record's fields are read."""
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.validity.folding import (
+from folding_server.simulator.validity.folded_form import (
     agreement_violations,
     assignment_violations,
     isometry_violations,
