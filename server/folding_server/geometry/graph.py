@@ -1,7 +1,7 @@
 """Graphs of vertices, edges and faces: sides of a face, the faces beside an edge, and what hangs together.
 
-Plain Python, since every fold asks for it and it loads with the server. networkx, which does what is asked for less
-often, takes two to sixteen times as long for the components of papers of 200 faces (``benchmarks/simulator.py``).
+Plain Python, since it loads with the server and every fold asks for it. networkx, which is used where graphs are asked
+more, takes one and a half to five times as long for the planes of papers of 200 faces (``benchmarks/simulator.py``).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
