@@ -62,7 +62,7 @@ def _folded(stack: list[Layer], line: Line) -> list[Layer]:
         back, lying = motion.inverse(), [motion(p) for p in outline]
         for side, to, moved in (
             (line, turns, mirror(line).after(motion)),
-            (Line(-line.nx, -line.ny, -line.offset), stays, motion),
+            (line.opposite(), stays, motion),
         ):
             part = clip(lying, side)
             if len(part) > 2 and abs(area(part)) > 1e-9:

@@ -6,7 +6,7 @@ import networkx as nx
 import numpy as np
 import pytest
 from folding_server.geometry.graph import component_of, components, edge_faces, sides
-from folding_server.geometry.isometry import IDENTITY, Isometry, mirror, turn
+from folding_server.geometry.isometry import IDENTITY, Isometry, mirror, mirror_line, turn
 from folding_server.geometry.line import Point, line_through
 from folding_server.geometry.planar import boundary_cycles, without_dead_ends
 from folding_server.geometry.point_batch import transformed
@@ -59,6 +59,13 @@ def test_an_isometry_after_a_similarity_keeps_its_scale_and_its_type(isometry: I
 def test_the_inverse_of_an_isometry_is_that_of_the_similarity_it_is(isometry: Isometry):
     assert type(isometry.inverse()) is Isometry
     assert isometry.inverse() == pytest.approx(Similarity(*isometry).inverse(), abs=1e-12)
+
+
+@given(st.floats(-180, 180), POINTS)
+def test_the_line_of_a_mirror_is_the_one_it_was_made_from(degrees: float, point: Point):
+    line = line_through(point, (point[0] + cos(radians(degrees)), point[1] + sin(radians(degrees))))
+    found = mirror_line(mirror(line))
+    assert any(found == pytest.approx(way, abs=1e-6) for way in (line, line.opposite()))
 
 
 @given(SIMILARITIES, st.lists(POINTS, min_size=1, max_size=4))

@@ -1,6 +1,6 @@
 """Isometries of the plane: rotations and reflections with a translation."""
 
-from math import cos, radians, sin
+from math import cos, radians, sin, sqrt
 
 from folding_server.geometry.line import Line, Point
 from folding_server.geometry.similarity import S, Similarity, composed
@@ -28,6 +28,14 @@ def mirror(line: Line) -> Isometry:
     """Reflection across a line."""
     nx, ny, k = line
     return Isometry(1 - 2 * nx * nx, -2 * nx * ny, -2 * nx * ny, 1 - 2 * ny * ny, 2 * k * nx, 2 * k * ny)
+
+
+def mirror_line(reflection: Isometry) -> Line:
+    """The line that a reflection leaves in place: what ``mirror`` was made from, up to the side of its normal."""
+    nx, ny = sqrt(max(0.0, (1 - reflection.a) / 2)), sqrt(max(0.0, (1 - reflection.d) / 2))
+    if reflection.b > 0:
+        ny = -ny
+    return Line(nx, ny, (reflection.e * nx + reflection.f * ny) / 2)
 
 
 def turn(degrees: float, center: Point) -> Isometry:

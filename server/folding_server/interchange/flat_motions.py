@@ -74,7 +74,10 @@ def motions_between(pattern: CreasePattern, folded: Sequence[Point], scale: floa
 
 
 def best_motion(start: Sequence[Point], end: Sequence[Point]) -> Isometry:
-    """The isometry from one outline to another with least squared error; a mirror if they run opposite."""
+    """The isometry from one outline to another with least squared error; a mirror if they run opposite.
+
+    The orthogonal Procrustes problem in the plane, in complex numbers.
+    """
     mirrored = (area(start) > 0) != (area(end) > 0)
     z, w = [complex(*p) for p in start], [complex(*p) for p in end]
     middle, target = sum(z) / len(z), sum(w) / len(w)

@@ -73,7 +73,7 @@ def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
     vertical = abs(dx) <= TOLERANCE * abs(dy)
     upwards = line.nx > 0 if vertical else line.ny > 0
     if upwards != (direction == 1):
-        line = Line(-line.nx, -line.ny, -line.offset)
+        line = line.opposite()
     return line
 
 

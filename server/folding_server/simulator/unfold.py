@@ -6,12 +6,12 @@ side may, which is the same model seen from another place.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from math import hypot, sqrt
+from math import dist
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.convex import bounding_box, boxes_meet, overlap
 from folding_server.geometry.graph import Edge, edge_of, sides
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.isometry import Isometry, mirror_line
 from folding_server.geometry.line import Line
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.paper import FoldedCrease, Paper
@@ -112,20 +112,16 @@ def _hinge(paper: Paper, number: int) -> Hinge:
     reflection = _reflection(paper, longest)
     for e in edges:
         ends = [motion(paper.vertices_coords[v]) for v in e for motion in _motions(paper, e)]
-        if any(_gap(reflection(p), p) > 2 * DRIFT for p in ends):
+        if any(dist(reflection(p), p) > 2 * DRIFT for p in ends):
             raise ActionRefused(
                 f"{_name(paper, number)} cannot be undone: {_bender(paper, number)} has bent its crease at edge "
                 f"[{e[0]}, {e[1]}]; unfold that first."
             )
-    return Hinge(number, edges, reflection, _fixed_line(reflection))
+    return Hinge(number, edges, reflection, mirror_line(reflection))
 
 
 def _length(paper: Paper, edge: Edge) -> float:
-    return _gap(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
-
-
-def _gap(p: tuple[float, float], q: tuple[float, float]) -> float:
-    return hypot(p[0] - q[0], p[1] - q[1])
+    return dist(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
 
 
 def _motions(paper: Paper, edge: Edge) -> list[Isometry]:
@@ -137,14 +133,6 @@ def _reflection(paper: Paper, edge: Edge) -> Isometry:
     moved = paper.creases[edge].moved
     (stays,) = (face for face in paper.edge_faces[edge] if face != moved)
     return paper.isometries[stays].after(paper.isometries[moved].inverse())
-
-
-def _fixed_line(reflection: Isometry) -> Line:
-    """The line that a reflection leaves in place."""
-    nx, ny = sqrt(max(0.0, (1 - reflection.a) / 2)), sqrt(max(0.0, (1 - reflection.d) / 2))
-    if reflection.b > 0:
-        ny = -ny
-    return Line(nx, ny, (reflection.e * nx + reflection.f * ny) / 2)
 
 
 def _bender(paper: Paper, number: int) -> str:
