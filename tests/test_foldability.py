@@ -175,16 +175,16 @@ def test_a_ring_that_does_not_close_up_is_refused():
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
+        ({"edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
         ({"edges_assignment": (*"BBBX",)}, "'X'"),
         ({"edges_assignment": (*"BBB",)}, "3 letters"),
-        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
+        ({"edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
     ],
 )
 def test_a_pattern_that_cannot_be_read_says_why(changes, named):
     square = {
-        "vertices": ((0, 0), (1, 0), (1, 1), (0, 1)),
-        "edges": ((0, 1), (1, 2), (2, 3), (3, 0)),
+        "vertices_coords": ((0, 0), (1, 0), (1, 1), (0, 1)),
+        "edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 0)),
         "edges_assignment": (*"BBBB",),
     }
     with pytest.raises(ProgramError, match=named):
