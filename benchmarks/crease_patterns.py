@@ -35,7 +35,7 @@ def map_grid(columns: int, rows: int, assignment: Assignment = "U") -> CreasePat
     assignments: tuple[Assignment, ...] = tuple(
         "B" if known == "B" else assignment for known in plain.edges_assignment
     )
-    return CreasePattern(plain.vertices, plain.edges, assignments)
+    return CreasePattern(plain.vertices_coords, plain.edges_vertices, assignments)
 
 
 def all_layers(folds: int, seed: int) -> CreasePattern:
@@ -62,7 +62,7 @@ def _folded(stack: list[Layer], line: Line) -> list[Layer]:
         back, lying = motion.inverse(), [motion(p) for p in outline]
         for side, to, moved in (
             (line, turns, mirror(line).after(motion)),
-            (Line(-line.nx, -line.ny, -line.offset), stays, motion),
+            (line.opposite(), stays, motion),
         ):
             part = clip(lying, side)
             if len(part) > 2 and abs(area(part)) > 1e-9:

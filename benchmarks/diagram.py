@@ -1,9 +1,9 @@
 """Time diagrams of many-faced papers and print JSON: python benchmarks/diagram.py [--repeats N].
 
 Three papers of about 200 faces: a thick stack, a flat sheet full of crease marks, and a sheet of both kinds.
-Each is drawn as SVG and as PNG at 768 px. In the same run a plain method is timed for comparison: each face
-minus the union of all faces above it, one at a time. The two must agree on what is visible. Times are medians
-of processor time in milliseconds.
+Each is drawn as SVG and as PNG at 768 px. In the same run the visible regions are timed by themselves, beside
+shapely's shortest way to them: from the top down, each face minus a running union of those above it, to which faces that
+show nothing are not added. The two must agree on the visible area. Times are medians of processor time in milliseconds.
 """
 
 import argparse
@@ -68,14 +68,14 @@ def papers() -> dict[str, Paper]:
     }
 
 
-def plain_visible_area(paper: Paper) -> float:
-    """Total visible area by the plain method."""
-    above: list[shapely.Polygon] = []
-    total = 0.0
+def running_union_area(paper: Paper) -> float:
+    """Total visible area by shapely's union of all that lies above."""
+    above, total = shapely.Polygon(), 0.0
     for face in reversed(paper.order):
         outline = shapely.Polygon(paper.polygon(face))
-        total += outline.difference(shapely.union_all(above)).area
-        above.append(outline)
+        shown = shapely.difference(outline, above)
+        if not shown.is_empty:
+            above, total = shapely.union(above, outline), total + shown.area
     return total
 
 
@@ -104,9 +104,10 @@ def measure(paper: Paper, repeats: int) -> dict[str, object]:
         "svg_ms": milliseconds(lambda: draw_svg(fresh(paper)), repeats),
         "png_ms": milliseconds(lambda: rasterise(svg), repeats),
         "svg_with_labels_ms": milliseconds(lambda: draw_svg(fresh(paper), labels=True), max(3, repeats // 5)),
-        "plain_visibility_ms": milliseconds(lambda: plain_visible_area(paper), max(3, repeats // 5)),
-        "visible_area": round(sum(face.area for face in shown), 4),
-        "plain_visible_area": round(plain_visible_area(paper), 4),
+        "visible_regions_ms": milliseconds(lambda: visible_faces(fresh(paper)), repeats),
+        "running_union_ms": milliseconds(lambda: running_union_area(paper), repeats),
+        "visible_area": round(sum(face.area for face in shown), 3),
+        "running_union_area": round(running_union_area(paper), 3),
     }
 
 

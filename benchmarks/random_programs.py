@@ -8,8 +8,8 @@ from math import dist, hypot
 from random import Random
 
 from folding_schemas.actions import Action, AddVertex, Flip, FlipAxis, Fold, Rotate, Unfold
+from folding_server.geometry.graph import Edge
 from folding_server.simulator import TOLERANCE, Paper
-from folding_server.simulator.paper import Edge
 
 Plan = Generator[Action, Paper, None]
 

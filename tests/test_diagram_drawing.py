@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from folding_server.diagram import Colors, Panel, draw_panels_svg, draw_program_strip, draw_svg, rasterise
 from folding_server.diagram.label_placement import place_labels
-from folding_server.diagram.palette import contrast, hex_color, palette
-from folding_server.diagram.view import MARGIN, steady_view
+from folding_server.diagram.palette import contrast, diagram_colors, hex_color
+from folding_server.diagram.view import VIEW_MARGIN, steady_view
 from folding_server.diagram.visibility import visible_faces
 from folding_server.errors import ProgramError
 from folding_server.simulator import add_vertex, fold, new_paper, rotate, unfold
@@ -34,7 +34,7 @@ def test_the_picture_has_the_asked_size_and_the_colours_of_the_sides() -> None:
     view = steady_view([paper], 300)
     x, y = view.pixel((0.66, 0.33))
     assert tuple(image[int(y), int(x)]) == (0xFF, 0xEE, 0x00)
-    assert tuple(image[2, 2]) == tuple(bytes.fromhex(palette(Colors("#112299", "#ffee00")).table[1:]))
+    assert tuple(image[2, 2]) == tuple(bytes.fromhex(diagram_colors(Colors("#112299", "#ffee00")).table[1:]))
 
 
 def test_marks_are_dashed_and_folds_are_solid() -> None:
@@ -75,8 +75,8 @@ def test_every_state_lies_between_the_margins() -> None:
             corners = [
                 value for point in paper.folded_vertices_coords.values() for value in view.pixel(point)
             ]
-            assert min(corners) >= 768 * MARGIN - 1e-6
-            assert max(corners) <= 768 * (1 - MARGIN) + 1e-6
+            assert min(corners) >= 768 * VIEW_MARGIN - 1e-6
+            assert max(corners) <= 768 * (1 - VIEW_MARGIN) + 1e-6
 
 
 def test_what_does_not_move_stays_in_place() -> None:
@@ -145,6 +145,6 @@ def test_an_unknown_colour_is_named_in_one_sentence(color: str) -> None:
     "color", ["white", "black", "red", "light blue", "#000000", "#777777", "navy", "DarkGreen"]
 )
 def test_ink_can_be_read_on_either_side(color: str) -> None:
-    inks = palette(Colors(color, color))
+    inks = diagram_colors(Colors(color, color))
     assert contrast(inks.front_ink, inks.front) >= 3
     assert hex_color(color) == inks.front

@@ -168,23 +168,23 @@ def test_a_ring_that_does_not_close_up_is_refused():
     faces = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
     ring = CreasePattern(tuple(outer + inner), tuple(edges), (*"BBBBBBBBVVVV",), tuple(faces))
     assert "do not close up" in check_pattern(ring).reason
-    straight = replace(ring, vertices=(*outer, (1, 1), (2, 1), (2, 2), (1, 2)))
+    straight = replace(ring, vertices_coords=(*outer, (1, 1), (2, 1), (2, 2), (1, 2)))
     assert "close up" not in check_pattern(straight).reason
 
 
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
+        ({"edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 3))}, "Edge 3 joins vertex 3 with itself"),
         ({"edges_assignment": (*"BBBX",)}, "'X'"),
         ({"edges_assignment": (*"BBB",)}, "3 letters"),
-        ({"edges": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
+        ({"edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 9))}, "vertex 9"),
     ],
 )
 def test_a_pattern_that_cannot_be_read_says_why(changes, named):
     square = {
-        "vertices": ((0, 0), (1, 0), (1, 1), (0, 1)),
-        "edges": ((0, 1), (1, 2), (2, 3), (3, 0)),
+        "vertices_coords": ((0, 0), (1, 0), (1, 1), (0, 1)),
+        "edges_vertices": ((0, 1), (1, 2), (2, 3), (3, 0)),
         "edges_assignment": (*"BBBB",),
     }
     with pytest.raises(ProgramError, match=named):

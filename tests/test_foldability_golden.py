@@ -26,7 +26,7 @@ def test_a_known_pattern_has_its_verdict_and_number_of_orders(row):
 @pytest.mark.parametrize("row", [row for row in KNOWN if row["valid"]], ids=lambda row: row["name"])
 def test_faces_found_from_the_edges_do_as_well(row):
     given = pattern(row["name"])
-    report = check_pattern(CreasePattern(given.vertices, given.edges, given.edges_assignment))
+    report = check_pattern(CreasePattern(given.vertices_coords, given.edges_vertices, given.edges_assignment))
     assert (report.foldable, report.states) == (True, row["states"])
 
 

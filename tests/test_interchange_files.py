@@ -27,7 +27,8 @@ from folding_server.interchange.programs import (
     resolved,
 )
 from folding_server.simulate import run_steps, simulate
-from folding_server.simulator import apply, folded_state, layers_of_planes, moved_faces, new_paper
+from folding_server.simulator import apply, folded_state, moved_faces, new_paper
+from folding_server.simulator.plane_layers import layers_of_planes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from papers import CAT, FIGURES, RECORDED, figure, random_paper, states
@@ -127,7 +128,7 @@ def test_the_crease_pattern_picture_has_a_style_for_each_letter() -> None:
     assert (drawn["mountain"].get("stroke"), drawn["valley"].get("stroke")) == ("#d02a2a", "#1f5fd0")
     assert len(drawn["mountain"].get("stroke-dasharray").split()) == 4
     assert len(drawn["valley"].get("stroke-dasharray").split()) == 2
-    assert sum(e.get("d").count("M") for e in drawn.values()) == len(pattern.edges)
+    assert sum(e.get("d").count("M") for e in drawn.values()) == len(pattern.edges_vertices)
     assert {e.text for e in root.iter() if e.tag.endswith("text")} == {"edge", "mountain", "valley", "mark"}
 
 
@@ -139,8 +140,8 @@ def test_cp_lines_have_the_type_of_the_crease_and_span_the_page() -> None:
     ]
     numbers = [float(number) for row in rows for number in row[1:]]
     assert (min(numbers), max(numbers)) == (-200.0, 200.0)
-    u, v = pattern.edges[0]
-    (x1, y1), (x2, y2) = pattern.vertices[u], pattern.vertices[v]
+    u, v = pattern.edges_vertices[0]
+    (x1, y1), (x2, y2) = pattern.vertices_coords[u], pattern.vertices_coords[v]
     expected = [400 * x1 - 200, 200 - 400 * y1, 400 * x2 - 200, 200 - 400 * y2]
     assert [float(number) for number in rows[0][1:]] == pytest.approx(expected)
 

@@ -237,7 +237,7 @@ def test_faces_are_found_from_the_edges(path: Any) -> None:
     given = read_crease_pattern(document)
     del document["faces_vertices"]
     found = read_crease_pattern(document)
-    assert sorted(map(sorted, found.faces)) == sorted(map(sorted, given.faces))
+    assert sorted(map(sorted, found.faces_vertices)) == sorted(map(sorted, given.faces_vertices))
     assert found.edges_assignment == given.edges_assignment
 
 
@@ -285,7 +285,7 @@ def test_a_foldable_pattern_is_folded_and_keeps_its_letters(name: str) -> None:
     paper = fold_flat(pattern)
     names = sorted(paper.vertices_coords)
     ours = {frozenset(edge): assignment for edge, assignment in paper.edges()}
-    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
         found = ours[frozenset((names[u], names[v]))]
         assert found in ("M", "V") if assignment == "U" else found == assignment
 
@@ -403,7 +403,7 @@ def recorded_document(path: Any) -> dict[str, Any]:
             {"boundary": "B", "flat": "F", "folded": "U"}[edge["kind"]] for edge in final["edges"]
         ],
     }
-    faces = [list(cycle) for cycle in read_crease_pattern(pattern).faces]
+    faces = [list(cycle) for cycle in read_crease_pattern(pattern).faces_vertices]
     middles = [mean([sheet[v] for v in cycle]) for cycle in faces]
 
     def number(middle: list[float]) -> int:
@@ -537,7 +537,11 @@ def test_edges_that_cross_or_end_on_others_are_cut_where_no_faces_are_given() ->
         "edges_vertices": [[0, 1], [1, 2], [2, 3], [0, 3], [4, 5], [6, 7]],
     }
     pattern = read_crease_pattern(loose)
-    assert (len(pattern.vertices), len(pattern.edges), len(pattern.faces)) == (9, 12, 4)
+    assert (len(pattern.vertices_coords), len(pattern.edges_vertices), len(pattern.faces_vertices)) == (
+        9,
+        12,
+        4,
+    )
     assert sorted(pattern.edges_assignment) == ["B"] * 8 + ["U"] * 4
     assert check_pattern(pattern).states == 8
 
@@ -563,8 +567,8 @@ def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_i
     }
     document = {
         "frame_classes": ["foldedForm"],
-        "vertices_coords": [lies[v] for v in range(len(pattern.vertices))],
-        "edges_vertices": pattern.edges,
+        "vertices_coords": [lies[v] for v in range(len(pattern.vertices_coords))],
+        "edges_vertices": pattern.edges_vertices,
         "edges_assignment": pattern.edges_assignment,
         "faces_vertices": pattern.cycles,
         "faceOrders": [[high, low, 1] for low, high in report.lying],

@@ -26,12 +26,12 @@ def drawn(pattern: CreasePattern, scale: float = 1.0, middle: Point = (0.0, 0.0)
     """The creases of a pattern by the places of their ends, free of numbers."""
 
     def place(v: int) -> Point:
-        x, y = pattern.vertices[v]
+        x, y = pattern.vertices_coords[v]
         return round((x - middle[0]) * scale, 6) + 0.0, round((y - middle[1]) * scale, 6) + 0.0
 
     return {
         (frozenset((place(u), place(v))), assignment)
-        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
     }
 
 
@@ -59,8 +59,8 @@ def test_y_runs_down_in_the_file_and_up_in_the_pattern() -> None:
 
 def ends(pattern: CreasePattern) -> list[tuple[Point, str]]:
     return [
-        (pattern.vertices[v], assignment)
-        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        (pattern.vertices_coords[v], assignment)
+        for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
         for v in edge
     ]
 
@@ -86,10 +86,10 @@ def test_known_patterns_have_the_same_verdict_as_lines(row: dict[str, Any]) -> N
 
 def test_lines_are_cut_where_they_cross() -> None:
     pattern = read_oripa(SHEET + "2 -200 0 200 0\n3 0 -200 0 200\n")
-    assert (len(pattern.vertices), len(pattern.edges), len(pattern.cycles)) == (9, 12, 4)
+    assert (len(pattern.vertices_coords), len(pattern.edges_vertices), len(pattern.cycles)) == (9, 12, 4)
     report = check_pattern(pattern)
     assert [found.condition for found in report.violations] == ["Maekawa"]
-    assert pattern.vertices[report.violations[0].vertex] == (0.0, 0.0)
+    assert pattern.vertices_coords[report.violations[0].vertex] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("shy", [0.0, 1e-3, -1e-3])
@@ -103,7 +103,7 @@ def test_a_line_is_one_however_often_it_is_drawn() -> None:
     pattern = read_oripa(SHEET + twice)
     folded = [
         edge
-        for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
         if assignment == "M"
     ]
     assert len(folded) == 3
@@ -119,7 +119,7 @@ def test_a_mountain_on_a_valley_is_refused_and_where_is_said() -> None:
 def test_auxiliary_lines_are_marks_and_those_off_the_sheet_are_left_out() -> None:
     pattern = read_oripa(SHEET + "4 -200 50 200 50\n0 -200 60 200 60\n9 -300 -300 -250 300\n4 -400 0 400 0\n")
     assert pattern.edges_assignment.count("F") == 3
-    assert max(abs(c) for vertex in pattern.vertices for c in vertex) == 200.0
+    assert max(abs(c) for vertex in pattern.vertices_coords for c in vertex) == 200.0
     assert check_pattern(pattern).states == 1
 
 

@@ -50,18 +50,14 @@ FILES_ALIKE: Places = {
 # Not told apart yet; to be emptied.
 NAMES_TO_TELL_APART: frozenset[str] = frozenset(
     {
-        # diagram, simulator, geometry, interchange
-        *("ASSIGNMENTS", "Bools", "Box", "Crease", "Cycle", "EXACT", "Edge", "FOLDED", "Flags", "Floats"),
-        *("Geometries", "Indices", "Ints", "LocalViolation", "MARGIN", "Point", "REFERENCE_SIZE"),
-        *("carried", "listed"),
         # mcp, store
-        *("Actions", "Count", "Frame", "SequenceName", "check"),
+        *("Actions", "SequenceName", "check"),
         # client
         *("Answer", "CreasePattern", "Event", "EventLog", "FILES", "FORMAT", "Form", "Out"),
         *("Progress", "Role", "TOLERANCE", "replay", "write_sequence"),
     }
 )
-FILES_TO_TELL_APART: frozenset[str] = frozenset({"folding.py"})
+FILES_TO_TELL_APART: frozenset[str] = frozenset()
 
 
 def sources() -> Iterator[Path]:

@@ -4,21 +4,12 @@ from dataclasses import replace
 
 import pytest
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge
 from folding_server.interchange.fold_format import fold_document, fold_text
 from folding_server.interchange.fold_reading import read_fold
 from folding_server.interchange.obj import obj_text
-from folding_server.simulator import (
-    Paper,
-    add_vertex,
-    flip,
-    fold,
-    folded_state,
-    layers_of_planes,
-    new_paper,
-    rotate,
-    unfold,
-)
-from folding_server.simulator.paper import Edge
+from folding_server.simulator import Paper, add_vertex, flip, fold, folded_state, new_paper, rotate, unfold
+from folding_server.simulator.plane_layers import layers_of_planes
 from folding_server.simulator.validity import violations
 
 

@@ -57,7 +57,7 @@ def pleat() -> Paper:
 
 
 def test_the_validators_share_no_code_with_what_they_check():
-    """Of the simulator they import the record alone, and of the record they call nothing but its letters."""
+    """They import the record alone, beside the names of array types, and of it call nothing but its assignments."""
     folder = Path(validity.__file__).parent
     sources = {file.name: ast.parse(file.read_text()) for file in folder.glob("*.py")}
     imported = {
@@ -68,7 +68,8 @@ def test_the_validators_share_no_code_with_what_they_check():
         for name in node.names
         if str(node.module).startswith("folding_")
     }
-    assert imported == {("folding_server.simulator.paper", "Paper")}
+    code = {(module, name) for module, name in imported if module != "folding_server.arrays"}
+    assert code == {("folding_server.simulator.paper", "Paper")}
     fields = set(Paper.__dataclass_fields__)
     read = {
         node.attr

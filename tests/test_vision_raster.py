@@ -38,7 +38,7 @@ def grown(by: float) -> list[Point]:
 
 def cut(polygons: list[list[Point]], line: Line) -> list[list[Point]]:
     """Every polygon cut in two along a line."""
-    other = Line(-line.nx, -line.ny, -line.offset)
+    other = line.opposite()
     pieces = [clip(polygon, side) for polygon in polygons for side in (line, other)]
     return [piece for piece in pieces if len(piece) > 2 and abs(area(piece)) > 1e-6]
 

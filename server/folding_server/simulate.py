@@ -10,7 +10,8 @@ from folding_server.diagram import Colors, draw_svg, rasterise
 from folding_server.diagram.palette import colors_of
 from folding_server.diagram.strip import describe_action
 from folding_server.errors import ActionRefused, FoldingError, ProgramError
-from folding_server.simulator import Paper, apply, folded_state, layers_of_planes, moved_faces, new_paper
+from folding_server.simulator import Paper, apply, folded_state, moved_faces, new_paper
+from folding_server.simulator.plane_layers import layers_of_planes
 
 
 @dataclass(frozen=True)

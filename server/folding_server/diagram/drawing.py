@@ -4,23 +4,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from folding_server.arrays import Bools, Floats
 from folding_server.diagram.label_placement import PlacedLabel, place_labels
-from folding_server.diagram.palette import DEFAULT_COLORS, Colors, Palette, palette
+from folding_server.diagram.palette import DEFAULT_COLORS, Colors, DiagramColors, diagram_colors
 from folding_server.diagram.svg import svg_document, svg_text
-from folding_server.diagram.view import View, steady_view
+from folding_server.diagram.view import REFERENCE_SIZE, View, steady_view
 from folding_server.diagram.visibility import WHOLE, Span, VisibleFace, visible_faces, visible_spans
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Point, between
-from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.paper import Paper
 
-Floats = NDArray[np.float64]
-
-REFERENCE_SIZE = 768
-"""The picture size in pixels at which line widths and label sizes are stated."""
-
-
-FINEST = 0.55
+THINNEST_LINES = 0.55
 """Lines of small pictures get no finer than this part of their width at the reference size."""
 
 
@@ -43,20 +38,20 @@ def draw_svg(
     """The diagram of a folded sheet, ``size`` pixels square.
 
     Grey table; only what the top layers leave visible; solid lines for the sheet's boundary and for folds,
-    dashed lines for crease marks. With ``labels``, vertex ids: vertices at one place share a label, and the
+    dashed lines for crease marks. With ``labels``, vertex ids: vertices that coincide share a label, and the
     ids of vertices that are covered are grey. Without a ``view`` the scale depends on the sheet alone, so
     that diagrams of the states of one run can be laid over each other. ProgramError for an unknown colour.
     """
-    inks = palette(colors)
+    inks = diagram_colors(colors)
     body = draw_body(paper, inks, view or steady_view([paper], size), labels)
     return svg_document(size, size, inks.table, body)
 
 
-def draw_body(paper: Paper, inks: Palette, view: View, labels: bool) -> list[str]:
+def draw_body(paper: Paper, inks: DiagramColors, view: View, labels: bool) -> list[str]:
     """The elements of a diagram, without background, in the view's pixels."""
     faces = visible_faces(paper)
     strokes = _strokes(paper, visible_spans(paper, faces), {seen.face for seen in faces}, view)
-    unit = max(view.size / REFERENCE_SIZE, FINEST)
+    unit = max(view.size / REFERENCE_SIZE, THINNEST_LINES)
     body = [*_draw_faces(faces, inks, view), *_draw_strokes(strokes, inks, unit)]
     if labels:
         placed = place_labels(paper, faces, [(s.start, s.end) for s in strokes], view)
@@ -64,7 +59,7 @@ def draw_body(paper: Paper, inks: Palette, view: View, labels: bool) -> list[str
     return body
 
 
-def _draw_faces(faces: Sequence[VisibleFace], inks: Palette, view: View) -> list[str]:
+def _draw_faces(faces: Sequence[VisibleFace], inks: DiagramColors, view: View) -> list[str]:
     """One path per side; a thin stroke in the same colour closes the hairlines between neighbours."""
     drawn = []
     for back_up, fill, name in ((False, inks.front, "front"), (True, inks.back, "back")):
@@ -118,7 +113,7 @@ def _without_hidden_marks(strokes: Sequence[Stroke]) -> list[Stroke]:
     return [*lines, *(mark for i, mark in enumerate(marks) if i not in doubled)]
 
 
-def _on_segments(points: Floats, segments: Floats) -> NDArray[np.bool_]:
+def _on_segments(points: Floats, segments: Floats) -> Bools:
     """Whether each point lies within a pixel of each segment (x1, y1, x2, y2): (points, segments)."""
     x1, y1, x2, y2 = segments.T
     dx, dy = x2 - x1, y2 - y1
@@ -126,11 +121,11 @@ def _on_segments(points: Floats, segments: Floats) -> NDArray[np.bool_]:
     ux, uy = dx / length, dy / length
     x, y = points[:, :1] - x1, points[:, 1:] - y1
     along = x * ux + y * uy
-    near: NDArray[np.bool_] = (np.abs(y * ux - x * uy) <= 1) & (along >= -1) & (along <= length + 1)
+    near: Bools = (np.abs(y * ux - x * uy) <= 1) & (along >= -1) & (along <= length + 1)
     return near
 
 
-def _draw_strokes(strokes: Sequence[Stroke], inks: Palette, unit: float) -> list[str]:
+def _draw_strokes(strokes: Sequence[Stroke], inks: DiagramColors, unit: float) -> list[str]:
     """Crease marks first, so that the outlines end them cleanly."""
     styles = (
         (

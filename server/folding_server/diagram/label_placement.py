@@ -10,34 +10,35 @@ from math import hypot, pi, sqrt
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from folding_server.diagram.view import View
+from folding_server.arrays import Bools, Floats
+from folding_server.diagram.view import REFERENCE_SIZE, View
 from folding_server.diagram.visibility import SLIVER, VisibleFace
+from folding_server.geometry.convex import Box
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
 
-Box = tuple[float, float, float, float]
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
-REFERENCE_SIZE = 768
 FONT_SIZE = 13.0
 SMALLEST_FONT_SIZE = 5.0
+"""In pixels at the reference size."""
 DIGIT_WIDTH, COMMA_WIDTH, LINE_HEIGHT = 0.7, 0.38, 1.16
 """In font sizes; the widths are those of a bold sans-serif."""
 IDS_PER_LINE = 4
-DIRECTIONS = 16
-REACHES = (5.0, 12.0, 22.0, 34.0, 48.0, 66.0, 88.0, 114.0)
+LABEL_DIRECTIONS = 16
+"""How many directions from a vertex are tried."""
+LABEL_REACHES = (5.0, 12.0, 22.0, 34.0, 48.0, 66.0, 88.0, 114.0)
+"""How far from a vertex a label is tried, in pixels at the reference size."""
 MENDING_ROUNDS = 3
 ROOMY = 70
 """Up to so many labels have the full size; more share the same area."""
-OVERLAP_COST, DOT_COST, LINE_COST, LEADER_COST, CROSSING_COST = 1e4, 60.0, 1.0, 0.9, 40.0
+OVERLAP_COST, DOT_COST, COVERED_LINE_COST, LEADER_COST, CROSSING_COST = 1e4, 60.0, 1.0, 0.9, 40.0
+"""What is weighed against each other, the last four for pixels at the reference size: a label over another or over its own
+vertex, over another vertex, a pixel of line it covers, a pixel of its leader, a leader it crosses."""
 
 
 @dataclass(frozen=True)
 class PlacedLabel:
-    """The label of all vertices at one place. ``leader`` is where the line to a label further off ends."""
+    """The label of all vertices that coincide. ``leader`` is where the line to a label further off ends."""
 
     ids: tuple[int, ...]
     visible: bool
@@ -54,7 +55,9 @@ class PlacedLabel:
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Group:
+    """Vertices that coincide when folded; ``anchor`` is where, in pixels."""
+
     ids: tuple[int, ...]
     visible: bool
     anchor: Point
@@ -72,32 +75,32 @@ class _Candidates:
 def place_labels(
     paper: Paper, faces: Iterable[VisibleFace], segments: Sequence[tuple[Point, Point]], view: View
 ) -> list[PlacedLabel]:
-    """One label for each place that has vertices, none over another.
+    """One label for all vertices that coincide, none over another.
 
     ``segments`` are the lines of the picture in pixels, which labels avoid where they can.
     """
-    places = _places(paper, faces, view)
+    groups = _groups(paper, faces, view)
     unit = view.size / REFERENCE_SIZE
-    font_size = FONT_SIZE * unit * min(1.0, sqrt(ROOMY / len(places)))
+    font_size = FONT_SIZE * unit * min(1.0, sqrt(ROOMY / len(groups)))
     while True:
-        placed = _place_at(places, segments, view.size, unit, font_size)
+        placed = _placed_labels(groups, segments, view.size, unit, font_size)
         if not _any_overlap(placed) or font_size <= SMALLEST_FONT_SIZE * unit:
             return placed
         font_size *= 0.85
 
 
-def _places(paper: Paper, faces: Iterable[VisibleFace], view: View) -> list[_Place]:
-    """Vertices grouped by folded position, each group with whether a vertex of it can be seen."""
-    groups: list[tuple[Point, list[int]]] = []
+def _groups(paper: Paper, faces: Iterable[VisibleFace], view: View) -> list[_Group]:
+    """Vertices grouped by folded coordinates, each group with whether a vertex of it can be seen."""
+    found: list[tuple[Point, list[int]]] = []
     for v, point in sorted(paper.folded_vertices_coords.items()):
-        for anchor, ids in groups:
+        for anchor, ids in found:
             if hypot(point[0] - anchor[0], point[1] - anchor[1]) <= 2 * SLIVER:
                 ids.append(v)
                 break
         else:
-            groups.append((point, [v]))
+            found.append((point, [v]))
     seen = _seen_vertices(paper, faces)
-    return [_Place(tuple(ids), any(v in seen for v in ids), view.pixel(anchor)) for anchor, ids in groups]
+    return [_Group(tuple(ids), any(v in seen for v in ids), view.pixel(anchor)) for anchor, ids in found]
 
 
 def _seen_vertices(paper: Paper, faces: Iterable[VisibleFace]) -> set[int]:
@@ -111,22 +114,22 @@ def _seen_vertices(paper: Paper, faces: Iterable[VisibleFace]) -> set[int]:
     return seen
 
 
-def _place_at(
-    places: Sequence[_Place],
+def _placed_labels(
+    groups: Sequence[_Group],
     segments: Sequence[tuple[Point, Point]],
     size: float,
     unit: float,
     font_size: float,
 ) -> list[PlacedLabel]:
-    lines = [_lines(place.ids) for place in places]
+    lines = [_lines(group.ids) for group in groups]
     extents = [_extent(text, font_size) for text in lines]
-    anchors = np.array([place.anchor for place in places])
+    anchors = np.array([group.anchor for group in groups])
     ink = np.array(segments, dtype=float).reshape(-1, 4)
     choices = [_candidates(anchors, i, extent, ink, size, unit) for i, extent in enumerate(extents)]
     chosen = _choose(choices, anchors)
     return [
-        _placed(place, text, choice, k, font_size, unit)
-        for place, text, choice, k in zip(places, lines, choices, chosen, strict=True)
+        _placed(group, text, choice, k, font_size, unit)
+        for group, text, choice, k in zip(groups, lines, choices, chosen, strict=True)
     ]
 
 
@@ -148,10 +151,10 @@ def _candidates(
     """Boxes all around an anchor at growing distance, kept inside the picture, and their costs."""
     anchor = anchors[i]
     half = np.array(extent) / 2
-    angles = 2 * pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    angles = 2 * pi * (np.arange(LABEL_DIRECTIONS) + 0.5) / LABEL_DIRECTIONS
     rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     to_border = np.min(half / np.maximum(np.abs(rays), 1e-9), axis=1)
-    reaches = np.array(REACHES) * unit
+    reaches = np.array(LABEL_REACHES) * unit
     offsets = rays[None] * (to_border[None, :, None] + reaches[:, None, None])
     centers = np.clip(anchor + offsets.reshape(-1, 2), half + 2, size - half - 2)
     boxes = np.concatenate([centers - half, centers + half], axis=1)
@@ -162,7 +165,7 @@ def _candidates(
     segments = segments[_overlaps(_segment_boxes(segments), around)[:, 0]]
     costs = (
         LEADER_COST * gaps / unit
-        + LINE_COST * _length_inside(segments, boxes).sum(axis=1) / unit
+        + COVERED_LINE_COST * _length_inside(segments, boxes).sum(axis=1) / unit
         + DOT_COST * _holds(boxes, others, 3 * unit).sum(axis=1)
         + OVERLAP_COST * _holds(boxes, anchor[None], 2 * unit).sum(axis=1)
     )
@@ -183,14 +186,14 @@ def _length_inside(segments: Floats, boxes: Floats) -> Floats:
     return inside
 
 
-def _holds(boxes: Floats, points: Floats, border: float) -> Flags:
+def _holds(boxes: Floats, points: Floats, border: float) -> Bools:
     """Whether each box, grown by a border, holds each point: (boxes, points)."""
     return _overlaps(boxes, np.concatenate([points, points], axis=1), border)
 
 
-def _overlaps(boxes: Floats, others: Floats, gap: float = 1.0) -> Flags:
+def _overlaps(boxes: Floats, others: Floats, gap: float = 1.0) -> Bools:
     """Whether two boxes come nearer than the gap: (boxes, others)."""
-    meet: Flags = (
+    meet: Bools = (
         (boxes[:, None, 0] < others[:, 2] + gap)
         & (boxes[:, None, 2] > others[:, 0] - gap)
         & (boxes[:, None, 1] < others[:, 3] + gap)
@@ -248,7 +251,7 @@ class _Board:
         return costs
 
 
-def _near(boxes: Floats, mine: _Candidates, anchor: Floats) -> Flags:
+def _near(boxes: Floats, mine: _Candidates, anchor: Floats) -> Bools:
     """Which boxes come near any candidate of a label; those not put down (nan) do not."""
     reach = np.array([[*mine.boxes[:, :2].min(axis=0), *mine.boxes[:, 2:].max(axis=0)]])
     reach[0] = *np.minimum(reach[0, :2], anchor), *np.maximum(reach[0, 2:], anchor)
@@ -266,15 +269,15 @@ def _any_overlap(placed: Sequence[PlacedLabel]) -> bool:
 
 
 def _placed(
-    place: _Place, lines: tuple[str, ...], choice: _Candidates, k: int, font_size: float, unit: float
+    group: _Group, lines: tuple[str, ...], choice: _Candidates, k: int, font_size: float, unit: float
 ) -> PlacedLabel:
     left, top, right, bottom = choice.boxes[k].tolist()
     x, y = choice.leaders[k].tolist()
-    far = hypot(x - place.anchor[0], y - place.anchor[1]) > 1.6 * REACHES[0] * unit
+    far = hypot(x - group.anchor[0], y - group.anchor[1]) > 1.6 * LABEL_REACHES[0] * unit
     return PlacedLabel(
-        place.ids,
-        place.visible,
-        place.anchor,
+        group.ids,
+        group.visible,
+        group.anchor,
         (left, top, right, bottom),
         (x, y) if far else None,
         lines,

@@ -39,7 +39,7 @@ DEFAULT_COLORS = Colors()
 
 
 @dataclass(frozen=True)
-class Palette:
+class DiagramColors:
     """The colours a diagram is drawn in, all ``#rrggbb``: sheet sides, ink on each of them, and the table."""
 
     front: str
@@ -49,10 +49,10 @@ class Palette:
     table: str
 
 
-def palette(colors: Colors) -> Palette:
+def diagram_colors(colors: Colors) -> DiagramColors:
     """Ink and table grey such that both sides of the paper stand out. ProgramError for an unknown colour."""
     front, back = hex_color(colors.front), hex_color(colors.back)
-    return Palette(front, back, _ink_on(front), _ink_on(back), _table_behind(front, back))
+    return DiagramColors(front, back, _ink_on(front), _ink_on(back), _table_behind(front, back))
 
 
 def colors_of(front: str | None, back: str | None) -> Colors:

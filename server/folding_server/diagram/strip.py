@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 
 from folding_server.diagram.drawing import draw_body
-from folding_server.diagram.palette import DEFAULT_COLORS, Colors, Palette, colors_of, palette
+from folding_server.diagram.palette import DEFAULT_COLORS, Colors, DiagramColors, colors_of, diagram_colors
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.diagram.view import centred_view
 from folding_server.errors import ProgramError
@@ -14,7 +14,7 @@ from folding_server.simulator import Paper, apply, new_paper
 
 CAPTION_LINE = 17
 CAPTION_SIZE = 12.5
-GAP = 6
+PANEL_GAP = 6
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,17 @@ def draw_panels_svg(
     """The panels in rows of ``columns`` (one row if None), all at one scale; ``panel_size`` is in pixels."""
     if not panels:
         raise ProgramError("There is nothing to draw: give at least one state.")
-    inks = palette(colors)
+    inks = diagram_colors(colors)
     across = min(columns or len(panels), len(panels))
     body: list[str] = []
-    y = GAP
+    y = PANEL_GAP
     for first in range(0, len(panels), across):
         row = panels[first : first + across]
         for column, panel in enumerate(row):
-            corner = (GAP + column * (panel_size + GAP), y)
+            corner = (PANEL_GAP + column * (panel_size + PANEL_GAP), y)
             body += _draw_panel(panel, first + column + 1, inks, panel_size, labels, corner)
-        y += panel_size + GAP + 8 + CAPTION_LINE * max(len(panel.caption) for panel in row)
-    return svg_document(GAP + across * (panel_size + GAP), y, "#ffffff", body)
+        y += panel_size + PANEL_GAP + 8 + CAPTION_LINE * max(len(panel.caption) for panel in row)
+    return svg_document(PANEL_GAP + across * (panel_size + PANEL_GAP), y, "#ffffff", body)
 
 
 def describe_action(action: Action) -> str:
@@ -82,7 +82,7 @@ def describe_action(action: Action) -> str:
 
 
 def _draw_panel(
-    panel: Panel, number: int, inks: Palette, size: int, labels: bool, corner: tuple[int, int]
+    panel: Panel, number: int, inks: DiagramColors, size: int, labels: bool, corner: tuple[int, int]
 ) -> list[str]:
     x, y = corner
     captions = [

@@ -7,7 +7,10 @@ from math import hypot
 from folding_server.geometry.line import Point
 from folding_server.simulator.paper import Paper
 
-MARGIN = 0.07
+REFERENCE_SIZE = 768
+"""The picture size in pixels at which line widths and label sizes are stated."""
+
+VIEW_MARGIN = 0.07
 """Free border, as a fraction of the picture's side."""
 
 
@@ -45,7 +48,7 @@ def steady_view(papers: Iterable[Paper], size: float) -> View:
         _shifted(height / 2, reach, [y for _, y in points]),
     )
     span = max(max(abs(x - center[0]), abs(y - center[1])) for x, y in points)
-    return View(size, (1 - 2 * MARGIN) * size / (2 * max(reach, span)), center)
+    return View(size, (1 - 2 * VIEW_MARGIN) * size / (2 * max(reach, span)), center)
 
 
 def centred_view(paper: Paper, size: float) -> View:

@@ -1,23 +1,27 @@
-"""What can be seen of a folded sheet from above: the exact visible region of each face, and of each edge."""
+"""What can be seen of a folded sheet from above: the exact visible region of each face, and of each edge.
+
+Shapely cuts the regions, but which faces to cut by which is found first, for all of them at once: a running union of what
+lies above takes about twice to forty times as long (``benchmarks/diagram.py``), the more the more of the sheet is seen.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import hypot
-from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from folding_server.arrays import Bools, Floats, Geometries, Indices
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.line import Point
 from folding_server.geometry.polygon_batch import ConvexPolygons, convex_polygons
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper, edge_of
+from folding_server.simulator.paper import Paper
 
 SLIVER = 5 * TOLERANCE
 """Visible parts narrower than this (sheet units) are left out: matching layers differ by about as much."""
 
-EXACT = 1e-9
+TOUCHING = 1e-9
 """Outlines that cross by no more than this only touch."""
 
 TOPMOST = 16
@@ -29,10 +33,6 @@ BLOCK = 256
 Ring = list[Point]
 Span = tuple[float, float]
 WHOLE: Span = (0.0, 1.0)
-Geometries = NDArray[Any]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _polygons(outlines: list[Ring], needed: Indices) -> Geometries:
     return polygons
 
 
-def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
+def _uncover(outlines: list[Ring]) -> tuple[Geometries, Bools, Bools]:
     """Cut away from each outline (listed top to bottom) what lies under the ones before it.
 
     Faces wholly under one other face go first. The rest are worked through together, one covering face each
@@ -120,7 +120,7 @@ def _uncover(outlines: list[Ring]) -> tuple[Geometries, Flags, Flags]:
     return regions, covered, hidden
 
 
-def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indices]:
+def _pairs_to_cut(shapes: ConvexPolygons, hidden: Bools) -> tuple[Indices, Indices]:
     """Pairs (lower, upper) that overlap, by lower face, the largest common box first.
 
     Faces that another covers wholly are marked in ``hidden`` on the way and do not occur in the pairs. Most
@@ -132,7 +132,7 @@ def _pairs_to_cut(shapes: ConvexPolygons, hidden: Flags) -> tuple[Indices, Indic
     lower, upper, common = _meeting(shapes, left, left)
     _hide_enclosed(shapes, hidden, lower, upper, common)
     meet = ~(hidden[lower] | hidden[upper])
-    meet[meet] = shapes.overlaps(lower[meet], upper[meet], EXACT)
+    meet[meet] = shapes.overlaps(lower[meet], upper[meet], TOUCHING)
     lower, upper, common = lower[meet], upper[meet], common[meet]
     order = np.lexsort((-common.prod(axis=1), lower))
     return lower[order], upper[order]
@@ -149,23 +149,23 @@ def _meeting_some(shapes: ConvexPolygons, lower: Indices, upper: Indices) -> tup
     under, over = shapes.boxes[lower].T[:, :, None], shapes.boxes[upper].T[:, None, :]
     width = np.minimum(under[2], over[2]) - np.maximum(under[0], over[0])
     height = np.minimum(under[3], over[3]) - np.maximum(under[1], over[1])
-    i, j = np.nonzero((width > EXACT) & (height > EXACT) & (upper < lower[:, None]))
+    i, j = np.nonzero((width > TOUCHING) & (height > TOUCHING) & (upper < lower[:, None]))
     return lower[i], upper[j], np.stack([width[i, j], height[i, j]], axis=1)
 
 
 def _hide_enclosed(
-    shapes: ConvexPolygons, hidden: Flags, lower: Indices, upper: Indices, common: Floats
+    shapes: ConvexPolygons, hidden: Bools, lower: Indices, upper: Indices, common: Floats
 ) -> None:
     """Mark the lower faces that lie wholly under their upper face."""
     size = shapes.boxes[lower, 2:] - shapes.boxes[lower, :2]
-    enclosed = np.flatnonzero((common >= size - 2 * EXACT).all(axis=1))
-    under = shapes.contains(upper[enclosed], lower[enclosed], EXACT)
+    enclosed = np.flatnonzero((common >= size - 2 * TOUCHING).all(axis=1))
+    under = shapes.contains(upper[enclosed], lower[enclosed], TOUCHING)
     hidden[lower[enclosed][under]] = True
 
 
-def _hidden(regions: Geometries) -> Flags:
+def _hidden(regions: Geometries) -> Bools:
     """Whether what is left of a face is nothing, or nothing but slivers."""
-    thin: Flags = 2 * shapely.area(regions) <= SLIVER * shapely.length(regions)
+    thin: Bools = 2 * shapely.area(regions) <= SLIVER * shapely.length(regions)
     return thin
 
 
@@ -212,7 +212,7 @@ def _is_spike(before: Point, tip: Point, after: Point) -> bool:
     ax, ay = tip[0] - before[0], tip[1] - before[1]
     bx, by = after[0] - tip[0], after[1] - tip[1]
     longer = max(hypot(ax, ay), hypot(bx, by))
-    if min(hypot(ax, ay), hypot(bx, by)) <= EXACT:
+    if min(hypot(ax, ay), hypot(bx, by)) <= TOUCHING:
         return True
     return ax * bx + ay * by < 0 and abs(ax * by - ay * bx) <= SLIVER * longer
 

@@ -9,7 +9,7 @@ from folding_server.geometry.tolerance import TOLERANCE
 Polygon = Sequence[Point]
 """The corners of a convex outline, either way round."""
 Box = tuple[float, float, float, float]
-"""Left, bottom, right, top."""
+"""Least x, least y, greatest x, greatest y."""
 
 SPECK = 1e-9
 """Sides shorter than this (sheet units) come from clipping at a corner: their direction is rounding noise."""
@@ -62,7 +62,7 @@ def _separated(first: Polygon, second: Polygon, tolerance: float) -> bool:
 
 
 def bounding_box(outline: list[Point]) -> Box:
-    """(left, bottom, right, top) of an outline."""
+    """The box around an outline."""
     xs, ys = [p[0] for p in outline], [p[1] for p in outline]
     return min(xs), min(ys), max(xs), max(ys)
 

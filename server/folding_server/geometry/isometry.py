@@ -1,48 +1,24 @@
 """Isometries of the plane: rotations and reflections with a translation."""
 
-from math import cos, radians, sin
-from typing import NamedTuple
+from math import cos, radians, sin, sqrt
 
 from folding_server.geometry.line import Line, Point
+from folding_server.geometry.similarity import S, Similarity, composed
 
 
-class Isometry(NamedTuple):
-    """(x, y) -> (a x + b y + e, c x + d y + f), a rotation or a reflection with a translation."""
+class Isometry(Similarity):
+    """A similarity that leaves every length as it is: (x, y) -> (a x + b y + e, c x + d y + f)."""
 
-    a: float
-    b: float
-    c: float
-    d: float
-    e: float
-    f: float
+    __slots__ = ()
 
-    def __call__(self, point: Point) -> Point:
-        """Where a point goes."""
-        x, y = point
-        return self.a * x + self.b * y + self.e, self.c * x + self.d * y + self.f
-
-    def after(self, first: "Isometry") -> "Isometry":
-        """The isometry that applies ``first`` and then this one."""
-        a, b, c, d, e, f = self
-        p, q, r, s, t, u = first
-        return Isometry(
-            a * p + b * r, a * q + b * s, c * p + d * r, c * q + d * s, a * t + b * u + e, c * t + d * u + f
-        )
+    def after(self, first: S) -> S:
+        """The transform that applies ``first`` and then this one: of the kind of ``first``."""
+        return composed(self, first, type(first))
 
     def inverse(self) -> "Isometry":
-        """The isometry that undoes this one."""
+        """The isometry that undoes this one: its matrix turned over, without a division."""
         a, b, c, d, e, f = self
         return Isometry(a, c, b, d, -(a * e + c * f), -(b * e + d * f))
-
-    @property
-    def rows(self) -> tuple[tuple[float, float, float], ...]:
-        """The three rows of its matrix, for points (x, y, 1)."""
-        return (self.a, self.b, self.e), (self.c, self.d, self.f), (0.0, 0.0, 1.0)
-
-    @property
-    def mirrors(self) -> bool:
-        """Whether it turns the plane over."""
-        return self.a * self.d - self.b * self.c < 0
 
 
 IDENTITY = Isometry(1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
@@ -52,6 +28,14 @@ def mirror(line: Line) -> Isometry:
     """Reflection across a line."""
     nx, ny, k = line
     return Isometry(1 - 2 * nx * nx, -2 * nx * ny, -2 * nx * ny, 1 - 2 * ny * ny, 2 * k * nx, 2 * k * ny)
+
+
+def mirror_line(reflection: Isometry) -> Line:
+    """The line that a reflection leaves in place: what ``mirror`` was made from, up to the side of its normal."""
+    nx, ny = sqrt(max(0.0, (1 - reflection.a) / 2)), sqrt(max(0.0, (1 - reflection.d) / 2))
+    if reflection.b > 0:
+        ny = -ny
+    return Line(nx, ny, (reflection.e * nx + reflection.f * ny) / 2)
 
 
 def turn(degrees: float, center: Point) -> Isometry:

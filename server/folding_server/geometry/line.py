@@ -18,6 +18,10 @@ class Line(NamedTuple):
         """Signed distance of a point, positive on the side of the normal."""
         return self.nx * point[0] + self.ny * point[1] - self.offset
 
+    def opposite(self) -> "Line":
+        """The same line with its normal to the other side."""
+        return Line(-self.nx, -self.ny, -self.offset)
+
 
 def line_through(p: Point, q: Point) -> Line:
     """The line through two distinct points, normal to the left of p -> q. ZeroDivisionError if they coincide."""

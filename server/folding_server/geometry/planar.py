@@ -1,15 +1,16 @@
 """Faces of a planar straight-line graph, and what makes a graph no crease pattern."""
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from math import atan2
 
+import networkx as nx
 import numpy as np
 import shapely
 
-Point = tuple[float, float]
-Edge = tuple[int, int]
-Cycle = tuple[int, ...]
+from folding_server.arrays import Floats
+from folding_server.geometry.convex import area
+from folding_server.geometry.graph import Cycle, Edge
+from folding_server.geometry.line import Point
 
 
 def boundary_cycles(
@@ -17,25 +18,20 @@ def boundary_cycles(
 ) -> tuple[Cycle, ...]:
     """The faces given, or else those the edges enclose, each counter-clockwise."""
     if faces:
-        return tuple(cycle if twice_area(vertices, cycle) > 0 else cycle[::-1] for cycle in faces)
+        return tuple(cycle if _area(vertices, cycle) > 0 else cycle[::-1] for cycle in faces)
     bounding = without_dead_ends(edges)
-    return tuple(cycle for cycle in _walks(vertices, bounding) if twice_area(vertices, cycle) > 0)
+    return tuple(cycle for cycle in _walks(vertices, bounding) if _area(vertices, cycle) > 0)
 
 
 def without_dead_ends(edges: Sequence[Edge]) -> list[Edge]:
     """The edges without those that end in a vertex no other edge meets, again and again: they bound no face."""
-    kept, before = list(edges), -1
-    while len(kept) != before:
-        before = len(kept)
-        degree = Counter(v for edge in kept for v in edge)
-        kept = [edge for edge in kept if all(degree[v] > 1 for v in edge)]
-    return kept
+    core = nx.k_core(nx.Graph(edges), 2)
+    return [edge for edge in edges if edge in core.edges]
 
 
-def twice_area(vertices: Sequence[Point], cycle: Cycle) -> float:
-    """Twice the signed area of a cycle, positive if it runs counter-clockwise."""
-    points = [vertices[v] for v in cycle]
-    return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(points, (*points[1:], points[0]), strict=True))
+def _area(vertices: Sequence[Point], cycle: Cycle) -> float:
+    """The signed area of a cycle, positive if it runs counter-clockwise."""
+    return area([vertices[v] for v in cycle])
 
 
 def _walks(vertices: Sequence[Point], edges: Sequence[Edge]) -> Iterator[Cycle]:
@@ -68,16 +64,6 @@ def _successors(vertices: Sequence[Point], edges: Sequence[Edge]) -> Mapping[Edg
     return after
 
 
-def edge_faces(cycles: Sequence[Cycle]) -> dict[Edge, tuple[int, ...]]:
-    """Edge, smaller vertex first -> the faces beside it."""
-    beside: dict[Edge, tuple[int, ...]] = {}
-    for face, cycle in enumerate(cycles):
-        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
-            key = (min(u, v), max(u, v))
-            beside[key] = (*beside.get(key, ()), face)
-    return beside
-
-
 def crossing_edges(vertices: Sequence[Point], edges: Sequence[Edge]) -> Edge | None:
     """The indices of two edges that meet elsewhere than in a common vertex, or None if the graph is planar."""
     points = np.array(vertices, float).reshape(-1, 2)
@@ -90,7 +76,7 @@ def crossing_edges(vertices: Sequence[Point], edges: Sequence[Edge]) -> Edge | N
     return None
 
 
-def _run_together(points: "np.typing.NDArray[np.float64]", first: Edge, second: Edge) -> bool:
+def _run_together(points: Floats, first: Edge, second: Edge) -> bool:
     """Whether two edges with one common end leave it in exactly one direction."""
     (common,) = set(first) & set(second)
     u, v = ((set(edge) - {common}).pop() for edge in (first, second))

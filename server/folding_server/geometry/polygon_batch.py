@@ -4,14 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from folding_server.arrays import Bools, Floats, Indices
 from folding_server.geometry.convex import area
 from folding_server.geometry.line import Point
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -27,19 +23,19 @@ class ConvexPolygons:
     offsets: Floats
     boxes: Floats
 
-    def contains(self, outer: Indices, inner: Indices, tolerance: float) -> Flags:
+    def contains(self, outer: Indices, inner: Indices, tolerance: float) -> Bools:
         """For each pair, whether ``inner`` reaches out of ``outer`` by no more than the tolerance."""
-        inside: Flags = self._heights(outer, inner).max(axis=(1, 2)) <= tolerance
+        inside: Bools = self._heights(outer, inner).max(axis=(1, 2)) <= tolerance
         return inside
 
-    def overlaps(self, first: Indices, second: Indices, tolerance: float) -> Flags:
+    def overlaps(self, first: Indices, second: Indices, tolerance: float) -> Bools:
         """For each pair, whether no side of either separates the two to within the tolerance."""
         meet = ~self._separates(first, second, tolerance)
         meet[meet] = ~self._separates(second[meet], first[meet], tolerance)
         return meet
 
-    def _separates(self, by: Indices, other: Indices, tolerance: float) -> Flags:
-        apart: Flags = (self._heights(by, other).min(axis=2) >= -tolerance).any(axis=1)
+    def _separates(self, by: Indices, other: Indices, tolerance: float) -> Bools:
+        apart: Bools = (self._heights(by, other).min(axis=2) >= -tolerance).any(axis=1)
         return apart
 
     def _heights(self, sides: Indices, corners: Indices) -> Floats:

@@ -8,26 +8,25 @@ from typing import TypeVar
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from folding_server.arrays import Floats
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import Edge, component_of, edge_of
 from folding_server.geometry.line import Point
-from folding_server.geometry.union_find import joined
 from folding_server.simulator.foldability import Assignment, CreasePattern
 
-Edge = tuple[int, int]
 L = TypeVar("L", bound=str)
 
-NEAR = 1e-5
+COINCIDENT = 1e-5
 """Points nearer than this, in units of the drawing's longer side, are one: coordinates may be rounded to five digits."""
 
 STRENGTH: Mapping[str, int] = {"J": 0, "F": 1, "U": 2, "M": 3, "V": 3, "B": 4, "C": 5}
-"""Which letter counts where lines lie on top of each other: the highest."""
+"""Which assignment counts where lines lie on top of each other: the highest."""
 
 
 @dataclass(frozen=True)
 class DrawnLine:
-    """A straight line from one point to another, in any unit, with the letter of the crease it stands for."""
+    """A straight line from one point to another, in any unit, with the assignment of the crease it stands for."""
 
     start: Point
     end: Point
@@ -41,7 +40,7 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
     if a mountain and a valley lie on top of each other.
     """
     ends = np.array([(line.start, line.end) for line in lines], float).reshape(-1, 2, 2)
-    near = NEAR * float(np.ptp(ends.reshape(-1, 2), axis=0).max(initial=0.0))
+    near = COINCIDENT * float(np.ptp(ends.reshape(-1, 2), axis=0).max(initial=0.0))
     cuts = _cuts(ends, near)
     points = np.array([p for row in cuts for p in row]).reshape(-1, 2)
     vertex_of = one_vertex_each(points, near)
@@ -52,7 +51,7 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
         passed = [next(taken) for _ in row]
         for u, v in pairwise(passed):
             if u != v:
-                edge = (min(u, v), max(u, v))
+                edge = edge_of(u, v)
                 assignments[edge] = stronger(
                     assignments.get(edge, line.assignment), line.assignment, vertices[u], vertices[v]
                 )
@@ -60,17 +59,17 @@ def arranged(lines: Sequence[DrawnLine]) -> CreasePattern:
     return CreasePattern(*_without_idle(vertices, list(kept)), tuple(kept.values()))
 
 
-def one_vertex_each(points: NDArray[np.float64], near: float) -> list[int]:
+def one_vertex_each(points: Floats, near: float) -> list[int]:
     """For each point (n, 2) the number of its vertex; points nearer than that share one. Numbered as they come."""
-    places = np.asarray(shapely.points(points))
-    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=near).T.tolist()
-    first = joined(range(len(points)), pairs)
+    marks = np.asarray(shapely.points(points))
+    pairs = shapely.STRtree(marks).query(marks, predicate="dwithin", distance=near).T.tolist()
+    first = component_of(range(len(points)), pairs)
     numbers: dict[int, int] = {}
     return [numbers.setdefault(first[i], len(numbers)) for i in range(len(points))]
 
 
 def stronger(first: L, second: L, u: Sequence[float], v: Sequence[float]) -> L:
-    """The letter of two lines that lie on top of each other from u to v. ProgramError for a mountain and a valley."""
+    """The assignment of two lines that lie on top of each other from u to v. ProgramError for a mountain and a valley."""
     if {first, second} == {"M", "V"}:
         raise ProgramError(
             f"A mountain and a valley lie on top of each other from ({u[0]:g}, {u[1]:g}) to ({v[0]:g}, {v[1]:g}); "
@@ -87,7 +86,7 @@ def _firsts(vertex_of: Sequence[int]) -> list[int]:
     return list(first.values())
 
 
-def _cuts(ends: NDArray[np.float64], near: float) -> list[list[Point]]:
+def _cuts(ends: Floats, near: float) -> list[list[Point]]:
     """For each segment (n, 2, 2) the points at which it is cut, from its start to its end."""
     segments = np.asarray(shapely.linestrings(ends))
     at: list[list[float]] = [[0.0, 1.0] for _ in ends]
@@ -97,7 +96,7 @@ def _cuts(ends: NDArray[np.float64], near: float) -> list[list[Point]]:
     return [[_along(segment, t) for t in sorted(set(row))] for segment, row in zip(ends, at, strict=True)]
 
 
-def _meetings(segment: NDArray[np.float64], other: NDArray[np.float64], near: float) -> Iterable[float]:
+def _meetings(segment: Floats, other: Floats, near: float) -> Iterable[float]:
     """Where, as fractions of a segment, another touches or crosses it."""
     run, theirs = segment[1] - segment[0], other[1] - other[0]
     length = hypot(*run)
@@ -117,7 +116,7 @@ def _meetings(segment: NDArray[np.float64], other: NDArray[np.float64], near: fl
             yield t
 
 
-def _along(segment: NDArray[np.float64], t: float) -> Point:
+def _along(segment: Floats, t: float) -> Point:
     """The point a fraction of the way along a segment; its own ends exactly."""
     x, y = segment[int(t)] if t in {0.0, 1.0} else segment[0] + t * (segment[1] - segment[0])
     return float(x), float(y)

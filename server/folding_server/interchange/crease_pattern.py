@@ -7,8 +7,8 @@ from folding_server.geometry.line import Point
 from folding_server.simulator.foldability import Assignment, CreasePattern
 from folding_server.simulator.paper import Paper
 
-ASSIGNMENTS: dict[str, Assignment] = {"B": "B", "M": "M", "V": "V", "F": "F", "U": "U", "J": "F"}
-"""Letters of files as letters of a pattern: a join (J) only divides a face for the sake of the file."""
+FOLD_ASSIGNMENTS: dict[str, Assignment] = {"B": "B", "M": "M", "V": "V", "F": "F", "U": "U", "J": "F"}
+"""Assignments of FOLD files as those of a pattern: a join (J) only divides a face for the sake of the file."""
 
 
 def crease_pattern_of(paper: Paper) -> CreasePattern:
@@ -20,10 +20,10 @@ def crease_pattern_of(paper: Paper) -> CreasePattern:
     index = {v: i for i, v in enumerate(sorted(paper.vertices_coords))}
     edges = list(paper.edges())
     return CreasePattern(
-        vertices=tuple(paper.vertices_coords[v] for v in index),
-        edges=tuple((index[u], index[v]) for (u, v), _ in edges),
-        edges_assignment=tuple(ASSIGNMENTS[assignment] for _, assignment in edges),
-        faces=tuple(
+        vertices_coords=tuple(paper.vertices_coords[v] for v in index),
+        edges_vertices=tuple((index[u], index[v]) for (u, v), _ in edges),
+        edges_assignment=tuple(FOLD_ASSIGNMENTS[assignment] for _, assignment in edges),
+        faces_vertices=tuple(
             counterclockwise([index[v] for v in cycle], paper.sheet_polygon(f))
             for f, cycle in paper.faces.items()
         ),

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from folding_server.diagram.svg import svg_document, svg_text
 from folding_server.simulator.foldability import CreasePattern
 
-MARGIN = 0.06
+PATTERN_MARGIN = 0.06
 LEGEND_HEIGHT = 40
 
 
 @dataclass(frozen=True)
 class LineStyle:
-    """How the creases of one letter look; widths and dashes are in pixels of a picture 768 pixels wide."""
+    """How the edges of one assignment look; widths and dashes are in pixels of a picture 768 pixels wide."""
 
     name: str
     color: str
@@ -26,14 +26,14 @@ STYLES = {
     "M": LineStyle("mountain", "#d02a2a", 2.0, "12 5 2 5"),
     "B": LineStyle("edge", "#000000", 2.4, None),
 }
-"""By letter, in the order in which they are drawn: what matters most comes last."""
+"""By assignment, in the order in which they are drawn: what matters most comes last."""
 
 
 def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool = False) -> str:
     """The pattern seen from its front, ``size`` pixels wide, with a legend below if asked for."""
-    xs, ys = zip(*pattern.vertices, strict=True)
+    xs, ys = zip(*pattern.vertices_coords, strict=True)
     span = max(max(xs) - min(xs), max(ys) - min(ys))
-    scale, border = size * (1 - 2 * MARGIN) / span, size * MARGIN
+    scale, border = size * (1 - 2 * PATTERN_MARGIN) / span, size * PATTERN_MARGIN
     height = (max(ys) - min(ys)) * scale + 2 * border
     body = []
     for assignment, style in STYLES.items():
@@ -41,9 +41,9 @@ def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool 
             "M"
             + "L".join(
                 f"{border + (x - min(xs)) * scale:.2f} {border + (max(ys) - y) * scale:.2f}"
-                for x, y in (pattern.vertices[u], pattern.vertices[v])
+                for x, y in (pattern.vertices_coords[u], pattern.vertices_coords[v])
             )
-            for (u, v), assigned in zip(pattern.edges, pattern.edges_assignment, strict=True)
+            for (u, v), assigned in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
             if assigned == assignment
         )
         if path:
@@ -70,7 +70,7 @@ def _legend(assignments: list[str], size: int, top: float) -> list[str]:
     unit = size / 768
     drawn = []
     for i, assignment in enumerate(assignments):
-        style, x, y = STYLES[assignment], size * MARGIN + i * 140 * unit, top + 8 * unit
+        style, x, y = STYLES[assignment], size * PATTERN_MARGIN + i * 140 * unit, top + 8 * unit
         drawn.append(f'<path d="M{x:.1f} {y:.1f}L{x + 48 * unit:.1f} {y:.1f}" {_stroke(style, unit)}/>')
         drawn.append(svg_text(x + 56 * unit, y + 5 * unit, style.name, 14 * unit, "#222222"))
     return drawn

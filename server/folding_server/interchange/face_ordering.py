@@ -1,17 +1,20 @@
 """A paper from a crease pattern, the motions of its faces and which face lies over which."""
 
-import heapq
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+
+import networkx as nx
 
 from folding_server.errors import ProgramError
 from folding_server.geometry.convex import overlap
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, line_through
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 Relation = set[tuple[int, int]]
 
@@ -22,34 +25,41 @@ def stacked(
     """The paper whose faces lie as ``motions`` says, stacked so that (lower, upper) in ``relation`` holds.
 
     Faces take ids from 1 by index. Neighbours across a folded crease may be left out of the relation: the
-    letter of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
+    assignment of the crease orders them. ProgramError if overlapping faces are not ordered or are ordered
     in a circle.
     """
-    sheet = max(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
-    places = {v: pattern.vertices[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))}
-    faces = {i + 1: turned_round([vertex_ids[v] for v in cycle]) for i, cycle in enumerate(pattern.faces)}
+    sheet = max(x for x, _ in pattern.vertices_coords), max(y for _, y in pattern.vertices_coords)
+    vertices_coords = {
+        v: pattern.vertices_coords[i] for v, i in sorted(zip(vertex_ids, range(len(vertex_ids)), strict=True))
+    }
+    faces = {
+        i + 1: turned_round([vertex_ids[v] for v in cycle]) for i, cycle in enumerate(pattern.faces_vertices)
+    }
     isometries = {i + 1: motion for i, motion in enumerate(motions)}
-    loose = Paper(sheet, places, faces, isometries, tuple(faces), {}, 0, {})
+    loose = Paper(sheet, vertices_coords, faces, isometries, tuple(faces), {}, 0, {})
     assignments = {
         edge_of(vertex_ids[u], vertex_ids[v]): assignment
-        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
     }
     order = _order(loose, {(low + 1, high + 1) for low, high in relation}, assignments)
-    ordered = Paper(sheet, places, faces, isometries, order, {}, 0, {})
+    ordered = Paper(sheet, vertices_coords, faces, isometries, order, {}, 0, {})
     creases, fold_edges = _folds(ordered)
-    return Paper(sheet, places, faces, isometries, order, creases, len(fold_edges), fold_edges)
+    return Paper(sheet, vertices_coords, faces, isometries, order, creases, len(fold_edges), fold_edges)
 
 
 def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tuple[int, ...]:
     """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
     known = {frozenset(pair) for pair in given}
-    relation = given | {pair for pair in _by_letters(paper, assignments) if frozenset(pair) not in known}
-    order = _topological(paper.faces, relation)
-    _check_all_ordered(paper, order, relation)
+    relation = given | {pair for pair in _by_assignments(paper, assignments) if frozenset(pair) not in known}
+    graph: nx.DiGraph[int] = nx.DiGraph()
+    graph.add_nodes_from(paper.faces)
+    graph.add_edges_from(relation)
+    order = _topological(graph)
+    _check_all_ordered(paper, order, graph)
     return order
 
 
-def _by_letters(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
+def _by_assignments(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple[int, int]]:
     """(lower, upper) across each folded crease: the lower face has its front up at a valley."""
     for edge, beside in paper.edge_faces.items():
         assignment = assignments.get(edge)
@@ -58,25 +68,13 @@ def _by_letters(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[tuple
             yield (front, back) if assignment == "V" else (back, front)
 
 
-def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
+def _topological(graph: "nx.DiGraph[int]") -> tuple[int, ...]:
     """The faces in an order in which every lower face comes first; smallest id first at a choice."""
-    above: dict[int, list[int]] = {}
-    below = dict.fromkeys(faces, 0)
-    for low, high in relation:
-        above.setdefault(low, []).append(high)
-        below[high] += 1
-    ready = [face for face, count in below.items() if count == 0]
-    heapq.heapify(ready)
-    order = []
-    while ready:
-        face = heapq.heappop(ready)
-        order.append(face)
-        for high in above.get(face, ()):
-            below[high] -= 1
-            if below[high] == 0:
-                heapq.heappush(ready, high)
-    if len(order) < len(below):
-        stuck = sorted(face - 1 for face in below if face not in set(order))
+    order: list[int] = []
+    with suppress(nx.NetworkXUnfeasible):  # raised at a circle, when all faces outside of it have been given
+        order.extend(nx.lexicographical_topological_sort(graph))
+    stuck = sorted(face - 1 for face in set(graph).difference(order))
+    if stuck:
         raise ProgramError(
             f"The face orders go round in a circle through faces {', '.join(map(str, stuck[:6]))} "
             "(numbered from 0); "
@@ -85,15 +83,11 @@ def _topological(faces: Iterable[int], relation: Relation) -> tuple[int, ...]:
     return tuple(order)
 
 
-def _check_all_ordered(paper: Paper, order: Sequence[int], relation: Relation) -> None:
+def _check_all_ordered(paper: Paper, order: Sequence[int], graph: "nx.DiGraph[int]") -> None:
     """Every pair that clearly overlaps must be ordered, directly or through the faces between."""
-    above: dict[int, set[int]] = {face: set() for face in order}
-    direct: dict[int, list[int]] = {}
-    for low, high in relation:
-        direct.setdefault(low, []).append(high)
+    above: dict[int, set[int]] = {}
     for face in reversed(order):
-        for high in direct.get(face, ()):
-            above[face] |= above[high] | {high}
+        above[face] = set(graph[face]).union(*(above[high] for high in graph[face]))
     for f, g in overlapping_pairs(paper):
         ordered = g in above[f] or f in above[g]
         if not ordered and overlap(paper.polygon(f), paper.polygon(g), ROUNDED):
@@ -105,7 +99,7 @@ def _check_all_ordered(paper: Paper, order: Sequence[int], relation: Relation) -
             )
 
 
-def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]]:
+def _folds(paper: Paper) -> tuple[dict[Edge, FoldedCrease], dict[int, tuple[int, int]]]:
     """Records for unfolding: folded creases on one line are taken as one fold, the upper face as the mover.
 
     Folds are numbered by the height of what they moved, so that the newest lies on top.
@@ -124,7 +118,7 @@ def _folds(paper: Paper) -> tuple[dict[Edge, Crease], dict[int, tuple[int, int]]
         (edges for _, edges in groups), key=lambda edges: max(paper.rank[_mover(paper, e)] for e in edges)
     )
     creases = {
-        edge: Crease(number, _mover(paper, edge), None)
+        edge: FoldedCrease(number, _mover(paper, edge), None)
         for number, edges in enumerate(lines, 1)
         for edge in edges
     }

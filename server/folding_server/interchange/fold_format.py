@@ -11,10 +11,11 @@ from importlib.metadata import version
 from typing import Any
 
 from folding_server.geometry.convex import area
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Crease, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 Document = dict[str, Any]
 
@@ -44,7 +45,7 @@ def fold_document(paper: Paper, title: str | None = None) -> Document:
                 "frame_attributes": _attributes("nonSelfTouching"),
                 "frame_parent": 0,
                 "frame_inherit": True,
-                "vertices_coords": [list(place) for place in pattern.vertices],
+                "vertices_coords": [list(coords) for coords in pattern.vertices_coords],
                 "faceOrders": [],
             }
         ],
@@ -59,7 +60,7 @@ def crease_pattern_document(paper: Paper, title: str | None = None) -> Document:
         "frame_classes": ["creasePattern"],
         "frame_attributes": _attributes("nonSelfTouching"),
         "frame_unit": "unit",
-        "vertices_coords": [list(place) for place in pattern.vertices],
+        "vertices_coords": [list(coords) for coords in pattern.vertices_coords],
         **_mesh(pattern),
         **_ids(paper),
     }
@@ -91,20 +92,19 @@ def _attributes(touching: str) -> list[str]:
 
 
 def _mesh(pattern: CreasePattern) -> Document:
-    """Everything that both frames share: edges, letters, angles, faces and how they are joined."""
-    edge_index = {edge: i for i, edge in enumerate(pattern.edges)}
-    left: dict[tuple[int, int], int] = {}
+    """Everything that both frames share: edges, assignments, angles, faces and how they are joined."""
+    edge_index = {edge: i for i, edge in enumerate(pattern.edges_vertices)}
+    left: dict[Edge, int] = {}
     faces_edges = []
-    for f, cycle in enumerate(pattern.faces):
-        sides = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
-        left.update((side, f) for side in sides)
-        faces_edges.append([edge_index[min(side), max(side)] for side in sides])
+    for f, cycle in enumerate(pattern.faces_vertices):
+        left.update((side, f) for side in sides(cycle))
+        faces_edges.append([edge_index[edge_of(*side)] for side in sides(cycle)])
     return {
-        "edges_vertices": [list(edge) for edge in pattern.edges],
-        "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges],
+        "edges_vertices": [list(edge) for edge in pattern.edges_vertices],
+        "edges_faces": [[left[s] for s in ((u, v), (v, u)) if s in left] for u, v in pattern.edges_vertices],
         "edges_assignment": list(pattern.edges_assignment),
         "edges_foldAngle": [FOLD_ANGLES.get(assignment, 0) for assignment in pattern.edges_assignment],
-        "faces_vertices": [list(cycle) for cycle in pattern.faces],
+        "faces_vertices": [list(cycle) for cycle in pattern.faces_vertices],
         "faces_edges": faces_edges,
     }
 
@@ -138,7 +138,7 @@ def _record(paper: Paper) -> Document:
     }
 
 
-def _crease_chain(crease: Crease | None) -> list[list[int]]:
+def _crease_chain(crease: FoldedCrease | None) -> list[list[int]]:
     """The records of a crease as [fold, face that moved], the newest first."""
     chain = []
     while crease is not None:

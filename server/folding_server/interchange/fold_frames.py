@@ -26,7 +26,7 @@ class FoldRecord(BaseModel):
     fold_edges: list[tuple[int, int, int]]
 
 
-class Frame(BaseModel):
+class FoldFrame(BaseModel):
     """One frame of a FOLD file; properties that are not used here are ignored."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -47,7 +47,7 @@ class Frame(BaseModel):
         return name in self.frame_classes
 
     def assignments(self) -> tuple[str, ...]:
-        """A letter for each edge, upper case: as assigned, else by its fold angle, else U."""
+        """The assignment of each edge, upper case: as assigned, else by its fold angle, else U."""
         if self.edges_assignment:
             return tuple(assignment.upper() for assignment in self.edges_assignment)
         if self.fold_angles:
@@ -57,7 +57,7 @@ class Frame(BaseModel):
         return ("U",) * len(self.edges_vertices)
 
 
-def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
+def read_frames(source: str | Mapping[str, Any]) -> list[FoldFrame]:
     """All frames of a FOLD file, the key frame first. ``source`` is its text or the parsed document.
 
     ProgramError if it is not JSON or no FOLD object, or a property has a wrong shape or a wrong index.
@@ -72,7 +72,7 @@ def read_frames(source: str | Mapping[str, Any]) -> list[Frame]:
     return [_frame(_inherited(raw, i), i) for i in range(len(raw))]
 
 
-def frame_of(frames: Sequence[Frame], name: str) -> Frame | None:
+def frame_of(frames: Sequence[FoldFrame], name: str) -> FoldFrame | None:
     """The first frame of a class, such as ``creasePattern``; None if there is none."""
     return next((frame for frame in frames if frame.of_class(name)), None)
 
@@ -112,17 +112,17 @@ def _inherited(raw: Sequence[Mapping[str, Any]], index: int) -> dict[str, Any]:
             return merged
         if not isinstance(parent, int) or not 0 <= parent < len(raw):
             raise ProgramError(
-                f"Frame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
+                f"FoldFrame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
             )
         index = parent
     raise ProgramError(
-        f"Frame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
+        f"FoldFrame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
     )
 
 
-def _frame(properties: dict[str, Any], index: int) -> Frame:
+def _frame(properties: dict[str, Any], index: int) -> FoldFrame:
     try:
-        frame = Frame.model_validate(properties)
+        frame = FoldFrame.model_validate(properties)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -131,7 +131,7 @@ def _frame(properties: dict[str, Any], index: int) -> Frame:
     return frame
 
 
-def _check_sizes(frame: Frame, index: int) -> None:
+def _check_sizes(frame: FoldFrame, index: int) -> None:
     """Every index must name something, and parallel lists must be as long as what they describe."""
     vertices, edges, faces = len(frame.vertices_coords), len(frame.edges_vertices), len(frame.faces_vertices)
     _check_range(

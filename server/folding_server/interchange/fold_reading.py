@@ -1,4 +1,4 @@
-"""FOLD files as papers: our own exactly as they were, others by their geometry, letters and face orders."""
+"""FOLD files as papers: our own exactly as they were, others by their geometry, assignments and face orders."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -7,16 +7,11 @@ from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import Cycle, Edge, edge_faces, edge_of
 from folding_server.geometry.line import Point, line_through
-from folding_server.geometry.planar import (
-    Cycle,
-    Edge,
-    boundary_cycles,
-    crossing_edges,
-    edge_faces,
-)
+from folding_server.geometry.planar import boundary_cycles, crossing_edges
 from folding_server.interchange.arrangement import DrawnLine, arranged
-from folding_server.interchange.crease_pattern import ASSIGNMENTS, counterclockwise
+from folding_server.interchange.crease_pattern import FOLD_ASSIGNMENTS, counterclockwise
 from folding_server.interchange.face_ordering import stacked
 from folding_server.interchange.flat_motions import (
     ROUNDED,
@@ -27,7 +22,7 @@ from folding_server.interchange.flat_motions import (
     sheet_scale,
     unfolded,
 )
-from folding_server.interchange.fold_frames import Frame, frame_of, read_frames
+from folding_server.interchange.fold_frames import FoldFrame, frame_of, read_frames
 from folding_server.interchange.layer_check import check_layers
 from folding_server.interchange.own_record import restored
 from folding_server.interchange.welding import welded
@@ -55,11 +50,11 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
     """The folded paper of a FOLD file, given as its text or the parsed document.
 
     Our own files give back exactly the paper that was written. Of other files are used: the crease pattern
-    and the folded form, either alone or both; faces, or else the faces of the planar pattern; letters or fold
+    and the folded form, either alone or both; faces, or else the faces of the planar pattern; assignments or fold
     angles; and
     ``faceOrders``. The sheet is moved and scaled so that its lower left corner is (0, 0) and its width is 1,
     unless a side is 1 already. ProgramError if the file cannot be read, the pattern does not fold flat as its
-    letters say, or the order of overlapping faces is not given, contradicts the letters or makes layers cross.
+    assignments say, or the order of overlapping faces is not given, contradicts the assignments or makes layers cross.
     """
     frames = read_frames(source)
     for frame in frames:
@@ -85,14 +80,14 @@ def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
 def fold_flat(pattern: CreasePattern) -> Paper:
     """A folded paper from a bare crease pattern: all but the marks folded, in a layer order found by search.
 
-    Unassigned creases take the letters that the order gives them. ProgramError, with the reason, if the
+    Unassigned creases take the assignments that the order gives them. ProgramError, with the reason, if the
     pattern does not fold flat or its layers have no order from bottom to top.
     """
     report = check_pattern(pattern, cap=1)
     if not report.foldable or report.stack is None:
         reason = "its layers go round in a circle" if report.foldable else report.reason
         raise ProgramError(f"The crease pattern cannot be folded flat into a stack: {reason}")
-    sheet = normalised(replace(pattern, faces=pattern.cycles))
+    sheet = normalised(replace(pattern, faces_vertices=pattern.cycles))
     _check_convex(sheet)
     creased = replace(
         sheet,
@@ -100,7 +95,7 @@ def fold_flat(pattern: CreasePattern) -> Paper:
             "V" if assignment == "U" else assignment for assignment in sheet.edges_assignment
         ),
     )
-    names = sheet.names or tuple(range(1, len(sheet.vertices) + 1))
+    names = sheet.names or tuple(range(1, len(sheet.vertices_coords) + 1))
     return stacked(sheet, motions_by_folding(creased), set(pairwise(report.stack)), names)
 
 
@@ -108,12 +103,12 @@ def fold_flat(pattern: CreasePattern) -> Paper:
 class _Sources:
     """The frames of a foreign paper: where it is unfolded, where it is folded, who orders the faces."""
 
-    unfolded: Frame | None
-    folded: Frame | None
-    orders: Frame
+    unfolded: FoldFrame | None
+    folded: FoldFrame | None
+    orders: FoldFrame
 
 
-def _sources(frames: list[Frame]) -> _Sources:
+def _sources(frames: list[FoldFrame]) -> _Sources:
     folded, unfolded = frame_of(frames, "foldedForm"), frame_of(frames, "creasePattern")
     if folded is None and unfolded is None:
         unfolded = frames[0]
@@ -122,17 +117,17 @@ def _sources(frames: list[Frame]) -> _Sources:
     )
 
 
-def _foreign(frames: list[Frame], convention: FaceOrders) -> Paper:
+def _foreign(frames: list[FoldFrame], convention: FaceOrders) -> Paper:
     sources = _sources(frames)
     given = _flat_pattern(sources)
     pattern = normalised(given)
     _check_convex(pattern)
     if sources.folded is not None:
-        motions = motions_between(pattern, _points(sources.folded), sheet_scale(given.vertices))
+        motions = motions_between(pattern, _points(sources.folded), sheet_scale(given.vertices_coords))
     else:
         motions = motions_by_folding(pattern)
     relation = _relation(sources.orders, motions, convention)
-    ids = sources.orders.vertex_ids or list(range(1, len(pattern.vertices) + 1))
+    ids = sources.orders.vertex_ids or list(range(1, len(pattern.vertices_coords) + 1))
     paper = stacked(pattern, motions, relation, ids)
     check_layers(paper, pattern, ids)
     return paper
@@ -158,11 +153,11 @@ def _flat_pattern(sources: _Sources) -> CreasePattern:
     return _pattern(flat.model_copy(update={"faces_vertices": folded.faces_vertices}))
 
 
-def _points(frame: Frame) -> list[Point]:
+def _points(frame: FoldFrame) -> list[Point]:
     return [(point[0], point[1]) for point in frame.vertices_coords]
 
 
-def _pattern(frame: Frame, *, turned: bool = False, alone: bool = False) -> CreasePattern:
+def _pattern(frame: FoldFrame, *, turned: bool = False, alone: bool = False) -> CreasePattern:
     """The mesh of a frame. The faces of a folded form (``turned``) may run either way and stay so.
 
     Where a crease pattern stands ``alone`` and has no faces, its edges are lines on a sheet and are cut where they meet.
@@ -174,10 +169,10 @@ def _pattern(frame: Frame, *, turned: bool = False, alone: bool = False) -> Crea
         raise ProgramError(
             "The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read."
         )
-    edges = tuple((min(edge), max(edge)) for edge in frame.edges_vertices)
+    edges = tuple(edge_of(*edge) for edge in frame.edges_vertices)
     if "C" in frame.assignments():
         raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
-    assignments = tuple(ASSIGNMENTS[assignment] for assignment in frame.assignments())
+    assignments = tuple(FOLD_ASSIGNMENTS[assignment] for assignment in frame.assignments())
     if alone and not frame.faces_vertices and not _is_mesh(points, edges, assignments):
         return _drawn(points, edges, assignments)
     faces = tuple(tuple(cycle) for cycle in frame.faces_vertices) or _faces_between(
@@ -194,7 +189,7 @@ def _is_mesh(points: list[Point], edges: tuple[Edge, ...], assignments: tuple[As
     """Whether edges meet in common vertices only and every crease divides two faces."""
     if crossing_edges(points, edges):
         return False
-    beside = edge_faces(boundary_cycles(points, edges, ()))
+    beside = edge_faces(dict(enumerate(boundary_cycles(points, edges, ()))))
     return all(
         len(beside.get(edge, ())) == 2 or assignment in "BF"
         for edge, assignment in zip(edges, assignments, strict=True)
@@ -210,9 +205,11 @@ def _drawn(
         for (u, v), assignment in zip(edges, assignments, strict=True)
     ]
     pattern = arranged(lines)
-    faces = boundary_cycles(pattern.vertices, pattern.edges, ())
+    faces = boundary_cycles(pattern.vertices_coords, pattern.edges_vertices, ())
     return replace(
-        pattern, faces=faces, edges_assignment=_with_boundary(pattern.edges, pattern.edges_assignment, faces)
+        pattern,
+        faces_vertices=faces,
+        edges_assignment=_with_boundary(pattern.edges_vertices, pattern.edges_assignment, faces),
     )
 
 
@@ -236,15 +233,15 @@ def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool
 def _with_boundary(
     edges: tuple[Edge, ...], assignments: tuple[Assignment, ...], faces: tuple[Cycle, ...]
 ) -> tuple[Assignment, ...]:
-    """Letters with B for every unassigned edge that has one face only."""
-    beside = edge_faces(faces)
+    """Assignments with B for every unassigned edge that has one face only."""
+    beside = edge_faces(dict(enumerate(faces)))
     return tuple(
         "B" if assignment == "U" and len(beside.get(edge, ())) == 1 else assignment
         for edge, assignment in zip(edges, assignments, strict=True)
     )
 
 
-def _relation(frame: Frame, motions: Motions, convention: FaceOrders) -> set[tuple[int, int]]:
+def _relation(frame: FoldFrame, motions: Motions, convention: FaceOrders) -> set[tuple[int, int]]:
     """Pairs (lower, upper) of face indices as the model is seen, from ``faceOrders``."""
     relation = set()
     for f, g, sign in frame.face_orders:
@@ -256,8 +253,8 @@ def _relation(frame: Frame, motions: Motions, convention: FaceOrders) -> set[tup
 
 
 def _check_convex(pattern: CreasePattern) -> None:
-    for i, cycle in enumerate(pattern.faces):
-        corners = [pattern.vertices[v] for v in cycle]
+    for i, cycle in enumerate(pattern.faces_vertices):
+        corners = [pattern.vertices_coords[v] for v in cycle]
         for p, q in zip(corners, (*corners[1:], corners[0]), strict=True):
             line = line_through(p, q) if p != q else None
             if line is None or any(line.distance(r) < -ROUNDED for r in corners):

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import edge_of
 from folding_server.simulator.foldability import CreasePattern
-from folding_server.simulator.paper import Paper, edge_of
+from folding_server.simulator.paper import Paper
 from folding_server.simulator.validity.layers import crossing_violations
 from folding_server.simulator.validity.measures import measure
 
@@ -16,7 +17,7 @@ def check_layers(paper: Paper, pattern: CreasePattern, vertex_ids: Sequence[int]
 
     ``vertex_ids`` are the ids of the pattern's vertices on the paper; faces are named by their number in the file.
     """
-    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
+    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
         edge = edge_of(vertex_ids[u], vertex_ids[v])
         found = paper.edge_assignment(edge) if edge in paper.edge_faces else assignment
         if {assignment, found} == {"M", "V"}:

@@ -1,13 +1,14 @@
 """The folded model as a Wavefront OBJ mesh, its layers lifted apart so that they can be told apart."""
 
 from folding_server.geometry.convex import area
-from folding_server.simulator import Paper, layers_of_planes
+from folding_server.simulator import Paper
+from folding_server.simulator.plane_layers import layers_of_planes
 
-THICKNESS = 0.01
+LAYER_DISTANCE = 0.01
 """Distance between layers in sheet units: ten times that of stiff paper, for a sheet of 15 cm."""
 
 
-def obj_text(paper: Paper, thickness: float = THICKNESS) -> str:
+def obj_text(paper: Paper, thickness: float = LAYER_DISTANCE) -> str:
     """One group a face, corners counter-clockwise seen from the front; z grows from layer to layer.
 
     Faces share no vertices: neighbours across a fold lie in different layers.

@@ -13,7 +13,7 @@ from folding_server.interchange.arrangement import DrawnLine, arranged
 from folding_server.simulator.foldability import Assignment, CreasePattern
 
 LINE_TYPES: dict[Assignment, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
-ASSIGNMENTS: dict[int, Assignment] = {1: "B", 2: "M", 3: "V"}
+LINE_ASSIGNMENTS: dict[int, Assignment] = {1: "B", 2: "M", 3: "V"}
 SPAN = 400.0
 LARGEST = 1e9
 """Coordinates beyond this are no drawing; their squares would leave no digits to measure with."""
@@ -24,16 +24,16 @@ def oripa_text(pattern: CreasePattern) -> str:
 
     Marks and unassigned creases are auxiliary lines: the format has no others.
     """
-    xs, ys = zip(*pattern.vertices, strict=True)
+    xs, ys = zip(*pattern.vertices_coords, strict=True)
     middle = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
     scale = SPAN / max(max(xs) - min(xs), max(ys) - min(ys))
 
-    def point(place: Point) -> str:
-        return f"{_plain((place[0] - middle[0]) * scale)} {_plain((middle[1] - place[1]) * scale)}"
+    def point(coords: Point) -> str:
+        return f"{_plain((coords[0] - middle[0]) * scale)} {_plain((middle[1] - coords[1]) * scale)}"
 
     return "".join(
-        f"{LINE_TYPES[assignment]} {point(pattern.vertices[u])} {point(pattern.vertices[v])}\n"
-        for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True)
+        f"{LINE_TYPES[assignment]} {point(pattern.vertices_coords[u])} {point(pattern.vertices_coords[v])}\n"
+        for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
     )
 
 
@@ -47,7 +47,7 @@ def read_oripa(text: str) -> CreasePattern:
     if not lines:
         raise ProgramError("The .cp file has no lines; each should read: type x1 y1 x2 y2.")
     pattern = arranged(lines)
-    return replace(pattern, vertices=tuple((x, 0.0 - y) for x, y in pattern.vertices))
+    return replace(pattern, vertices_coords=tuple((x, 0.0 - y) for x, y in pattern.vertices_coords))
 
 
 def _drawn(number: int, fields: list[str]) -> DrawnLine:
@@ -60,7 +60,7 @@ def _drawn(number: int, fields: list[str]) -> DrawnLine:
             f"Line {number} of the .cp file reads {' '.join(fields)[:60]!r}; it should be a whole number, the type, and "
             f"four numbers up to {LARGEST:g}: x1 y1 x2 y2."
         )
-    return DrawnLine((x1, y1), (x2, y2), ASSIGNMENTS.get(kind, "F"))
+    return DrawnLine((x1, y1), (x2, y2), LINE_ASSIGNMENTS.get(kind, "F"))
 
 
 def _plain(value: float) -> str:

@@ -3,19 +3,22 @@
 from math import hypot
 
 from folding_server.errors import ProgramError
+from folding_server.geometry.graph import edge_of
 from folding_server.geometry.isometry import Isometry
 from folding_server.interchange.crease_pattern import turned_round
 from folding_server.interchange.flat_motions import ROUNDED
-from folding_server.interchange.fold_frames import FoldRecord, Frame
-from folding_server.simulator.paper import Crease, Paper, edge_of
+from folding_server.interchange.fold_frames import FoldFrame, FoldRecord
+from folding_server.simulator.paper import FoldedCrease, Paper
 
 
-def restored(folded: Frame, pattern: Frame) -> Paper:
+def restored(folded: FoldFrame, pattern: FoldFrame) -> Paper:
     """The paper of a file with a ``folding:record``; ProgramError if the record and the geometry disagree."""
     record = folded.record
     assert record is not None
     _check_names(folded, pattern, record)
-    places = {v: (p[0], p[1]) for v, p in zip(folded.vertex_ids, pattern.vertices_coords, strict=True)}
+    vertices_coords = {
+        v: (p[0], p[1]) for v, p in zip(folded.vertex_ids, pattern.vertices_coords, strict=True)
+    }
     counterclockwise = set(record.counterclockwise)
     faces = {}
     for face, cycle in zip(folded.face_ids, folded.faces_vertices, strict=True):
@@ -23,7 +26,7 @@ def restored(folded: Frame, pattern: Frame) -> Paper:
         faces[face] = ids if face in counterclockwise else turned_round(ids)
     paper = Paper(
         sheet=record.sheet,
-        vertices_coords=places,
+        vertices_coords=vertices_coords,
         faces=faces,
         isometries={f: Isometry(*t) for f, t in zip(folded.face_ids, record.isometries, strict=True)},
         order=tuple(record.order),
@@ -35,16 +38,16 @@ def restored(folded: Frame, pattern: Frame) -> Paper:
     return paper
 
 
-def _crease(chain: list[tuple[int, int]]) -> Crease:
+def _crease(chain: list[tuple[int, int]]) -> FoldedCrease:
     crease = None
     for fold, moved in reversed(chain):
-        crease = Crease(fold, moved, crease)
+        crease = FoldedCrease(fold, moved, crease)
     if crease is None:
         raise ProgramError("The FOLD file's folding:record has a crease without a fold; export it again.")
     return crease
 
 
-def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
+def _check_names(folded: FoldFrame, pattern: FoldFrame, record: FoldRecord) -> None:
     """Everything the record names must be there."""
     faces, vertices = set(folded.face_ids), set(folded.vertex_ids)
     edges = (
@@ -67,7 +70,7 @@ def _check_names(folded: Frame, pattern: Frame, record: FoldRecord) -> None:
         )
 
 
-def _check_geometry(paper: Paper, folded: Frame) -> None:
+def _check_geometry(paper: Paper, folded: FoldFrame) -> None:
     """The isometries must put every vertex where the folded form has it."""
     for v, point in zip(folded.vertex_ids, folded.vertices_coords, strict=True):
         x, y = paper.folded_vertices_coords[v]

@@ -26,5 +26,5 @@ def read_pattern(text: str, ending: str) -> CreasePattern:
 
 def place_in_file(pattern: CreasePattern, vertex: int, ending: str) -> str:
     """Where the file that a pattern was read from has a vertex, named as messages name it: ``(x, y)``."""
-    x, y = pattern.vertices[pattern.names.index(vertex) if pattern.names else vertex]
+    x, y = pattern.vertices_coords[pattern.names.index(vertex) if pattern.names else vertex]
     return f"({x:.6g}, {-y + 0.0 if ending.lower() == '.cp' else y:.6g})"

@@ -1,6 +1,6 @@
 """Vertices that a FOLD file lists more than once, taken as one.
 
-Some programs write a vertex for each face or line that ends there. On the sheet two vertices at one place are one point
+Some programs write a vertex for each face or line that ends there. On the sheet two vertices with the same coordinates are one point
 of the paper; on the folded form they need not be, so only the crease pattern says which are the same.
 """
 
@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from folding_server.errors import ProgramError
-from folding_server.geometry.planar import Cycle, Edge
+from folding_server.geometry.graph import Cycle, Edge
 from folding_server.interchange.arrangement import one_vertex_each, stronger
 from folding_server.interchange.flat_motions import ROUNDED
-from folding_server.interchange.fold_frames import Frame, frame_of
+from folding_server.interchange.fold_frames import FoldFrame, frame_of
 
-SAME = 1e-7
+REPEATED = 1e-7
 """Vertices nearer than this, in units of the sheet's longer side, are one; the slivers of real folds are wider."""
 
 
-def welded(frames: list[Frame]) -> list[Frame]:
-    """The frames with every place of the sheet listed once; as they are if no vertex is repeated.
+def welded(frames: list[FoldFrame]) -> list[FoldFrame]:
+    """The frames with every vertex of the sheet listed once; as they are if no vertex is repeated.
 
-    ProgramError if vertices at one place of the sheet lie apart when folded (the sheet is cut there), if that leaves a
+    ProgramError if vertices that coincide on the sheet lie apart when folded (the sheet is cut there), if that leaves a
     face without area, or if an edge is listed both as mountain and as valley.
     """
     flat = frame_of(frames, "creasePattern") or (None if frames[0].of_class("foldedForm") else frames[0])
@@ -31,7 +31,7 @@ def welded(frames: list[Frame]) -> list[Frame]:
         return frames
     points = np.array([point[:2] for point in flat.vertices_coords])
     extent = float(np.ptp(points, axis=0).max())
-    vertex_of = one_vertex_each(points, SAME * extent)
+    vertex_of = one_vertex_each(points, REPEATED * extent)
     if len(set(vertex_of)) == len(points):
         return frames
     return [
@@ -40,7 +40,7 @@ def welded(frames: list[Frame]) -> list[Frame]:
     ]
 
 
-def _welded(frame: Frame, vertex_of: Sequence[int], allowed: float) -> Frame:
+def _welded(frame: FoldFrame, vertex_of: Sequence[int], allowed: float) -> FoldFrame:
     first: dict[int, int] = {}
     for i, vertex in enumerate(vertex_of):
         j = first.setdefault(vertex, i)
@@ -57,14 +57,14 @@ def _welded(frame: Frame, vertex_of: Sequence[int], allowed: float) -> Frame:
     return frame.model_copy(update=changed)
 
 
-def _edges(frame: Frame, vertex_of: Sequence[int]) -> dict[str, Any]:
-    """Each edge once, with its letter; edges without length are left out."""
+def _edges(frame: FoldFrame, vertex_of: Sequence[int]) -> dict[str, Any]:
+    """Each edge once, with its assignment; edges without length are left out."""
     assignments: dict[Edge, str] = {}
     for (u, v), assignment in zip(frame.edges_vertices, frame.assignments(), strict=True):
         a, b = sorted((vertex_of[u], vertex_of[v]))
         if a != b:
-            places = frame.vertices_coords[u], frame.vertices_coords[v]
-            assignments[a, b] = stronger(assignments.get((a, b), assignment), assignment, *places)
+            ends = frame.vertices_coords[u], frame.vertices_coords[v]
+            assignments[a, b] = stronger(assignments.get((a, b), assignment), assignment, *ends)
     return {
         "edges_vertices": list(assignments),
         "edges_assignment": list(assignments.values()),

@@ -13,13 +13,13 @@ import numpy as np
 from folding_schemas.actions import Action, AddVertex, Fold, Program, Unfold
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import edge_of
 from folding_server.geometry.line import Point, between
 from folding_server.photographer.levels import Level
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.photographer.rng import stream
 from folding_server.simulator import TOLERANCE, Paper, apply, new_paper
 from folding_server.simulator.fold import fold_line
-from folding_server.simulator.paper import edge_of
 
 ERROR_SHARES = (*((1.0, 1.0),) * 4, (0.5, 0.7), (0.5, 0.5), (0.2, 0.3), (0.0, 0.3), (0.0, 0.1), (0.0, 0.03))
 """Parts of the full errors of the sheet and of the folds that are tried, until the last step succeeds."""

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
 
 from folding_schemas.actions import Action, Fold, Program, Rotate
 
-from folding_server.geometry.isometry import Isometry, mirror, turn
+from folding_server.geometry.isometry import Isometry, mirror, mirror_line, turn
 from folding_server.geometry.line import Line, Point
 from folding_server.photographer.framing import pivot_after
 from folding_server.simulator import Paper, apply, new_paper
@@ -97,21 +96,13 @@ def _movement(action: Action, before: Paper, after: Paper) -> Movement:
         reflection = after.isometries[faces[0]].after(before.isometries[faces[0]].inverse())
         starts = {f: before.isometries[f] for f in faces}
     line = _towards(
-        _fixed_line(reflection), [starts[f](after.vertices_coords[v]) for f in faces for v in after.faces[f]]
+        mirror_line(reflection), [starts[f](after.vertices_coords[v]) for f in faces for v in after.faces[f]]
     )
     return Swing(action, before, after, starts, line, after.order[-1] in starts)
-
-
-def _fixed_line(reflection: Isometry) -> Line:
-    """The line that a reflection leaves in place."""
-    nx, ny = sqrt(max(0.0, (1 - reflection.a) / 2)), sqrt(max(0.0, (1 - reflection.d) / 2))
-    if reflection.b > 0:
-        ny = -ny
-    return Line(nx, ny, (reflection.e * nx + reflection.f * ny) / 2)
 
 
 def _towards(line: Line, points: Sequence[Point]) -> Line:
     """The line with its normal to the side on which most of the points lie."""
     if sum(line.distance(p) for p in points) >= 0:
         return line
-    return Line(-line.nx, -line.ny, -line.offset)
+    return line.opposite()

@@ -6,7 +6,7 @@ from folding_server.simulator.fold import fold
 from folding_server.simulator.folded_state import folded_state
 from folding_server.simulator.motions import flip, rotate
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.simulator.planes import layers_of_planes, overlapping_pairs
+from folding_server.simulator.planes import overlapping_pairs
 from folding_server.simulator.state_diff import moved_faces
 from folding_server.simulator.unfold import unfold
 from folding_server.simulator.vertices import add_vertex
@@ -19,7 +19,6 @@ __all__ = [
     "flip",
     "fold",
     "folded_state",
-    "layers_of_planes",
     "moved_faces",
     "new_paper",
     "overlapping_pairs",

@@ -1,19 +1,20 @@
-"""The last check of a fold or unfold: every vertex it touched must still lie flat, and at one place.
+"""The last check of a fold or unfold: every vertex it touched must still lie flat, with one pair of coordinates.
 
 Lines that run along a crease to within the tolerance and leave it at a tiny angle would end a fold inside the sheet,
 which no paper can do (Maekawa's and Kawasaki's theorems). And where fold after fold runs past one vertex within the
-tolerance, each adds to what the faces around it disagree by on its place. Such actions are refused.
+tolerance, each adds to what the faces around it disagree by on its folded coordinates. Such actions are refused.
 """
 
 from collections.abc import Iterable
 from math import atan2, hypot, pi
 
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Point
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.paper import Paper
 
 DRIFT = 4 * TOLERANCE
-"""How far faces may disagree on a place, since a vertex of each fold through it may be off by the tolerance."""
+"""How far faces may disagree on the folded coordinates of a vertex, in sheet units, since a vertex of each fold through it may be off by the tolerance."""
 
 
 def unflat_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
@@ -32,7 +33,7 @@ def unflat_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
 
 
 def torn_vertex(paper: Paper, edges: Iterable[Edge]) -> int | None:
-    """A vertex at an end of one of the edges that its faces put at places further apart than DRIFT; None if none."""
+    """A vertex at an end of one of the edges to which its faces give folded coordinates further apart than DRIFT; None if none."""
     touched = {v for edge in edges for v in edge}
     found: dict[int, list[Point]] = {v: [] for v in touched}
     for face, cycle in paper.faces.items():

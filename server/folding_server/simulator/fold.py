@@ -7,12 +7,13 @@ face that lies over a moving part (paper cannot pass through the paper above it)
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
 from folding_server.simulator.fold_builder import FoldBuilder
-from folding_server.simulator.paper import Crease, Edge, Paper
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.planes import planes
 from folding_server.simulator.vertices import known_vertices
 
@@ -21,7 +22,7 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
     """Fold along the line through two vertices, the moving side towards the viewer.
 
     Direction +1 moves the upper side (the right side if the line is vertical), -1 the other. Raises ActionRefused for
-    an unknown vertex or direction, two vertices at one place, a side without paper, and a fold that would turn the
+    an unknown vertex or direction, two vertices whose folded coordinates are the same, a side without paper, and a fold that would turn the
     whole model over.
     """
     line = fold_line(paper, edge, direction)
@@ -38,7 +39,7 @@ def fold(paper: Paper, edge: Edge, direction: int) -> Paper:
 
 
 def _check(folded: Paper, creased: list[Edge], edge: Edge) -> None:
-    """ActionRefused if a vertex at the new creases would not lie flat, or not at one place."""
+    """ActionRefused if a vertex at the new creases would not lie flat, or its faces would disagree on its coordinates."""
     blunt = unflat_vertex(folded, creased)
     if blunt is not None:
         raise ActionRefused(
@@ -72,7 +73,7 @@ def fold_line(paper: Paper, edge: Edge, direction: int) -> Line:
     vertical = abs(dx) <= TOLERANCE * abs(dy)
     upwards = line.nx > 0 if vertical else line.ny > 0
     if upwards != (direction == 1):
-        line = Line(-line.nx, -line.ny, -line.offset)
+        line = line.opposite()
     return line
 
 
@@ -120,7 +121,7 @@ def _turned_over(paper: Paper, cutting: "FoldBuilder", edge: Edge) -> tuple[Pape
     for crease, beside in cutting.beside.items():
         if len(beside) == 2 and (beside[0] in moving) != (beside[1] in moving):
             mover = beside[0] if beside[0] in moving else beside[1]
-            creases[crease] = Crease(number, mover, creases.get(crease))
+            creases[crease] = FoldedCrease(number, mover, creases.get(crease))
             turned.append(crease)
     stays, turns = cutting.stacks(paper.order)
     folded = replace(

@@ -5,9 +5,10 @@ from itertools import count
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.convex import Box, bounding_box, boxes_meet, clip, overlap
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.line import Line, Point, between
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.vertices import insert_vertex
 
 
@@ -24,7 +25,7 @@ class FoldBuilder:
         self.faces = dict(paper.faces)
         self.isometries = dict(paper.isometries)
         self.beside = dict(paper.edge_faces)
-        self.creases: dict[Edge, Crease] = dict(paper.creases)
+        self.creases: dict[Edge, FoldedCrease] = dict(paper.creases)
         self.distance = {v: line.distance(p) for v, p in paper.folded_vertices_coords.items()}
         self.side = {v: _sign(d) for v, d in self.distance.items()}
         self._new_ids = count(max(paper.vertices_coords) + 1)
@@ -74,7 +75,7 @@ class FoldBuilder:
 
     def _joined(self, part: int) -> Iterator[int]:
         """Faces joined to a moving part by an edge off the line, along its boundary."""
-        for u, v in _sides(self.faces[part]):
+        for u, v in sides(self.faces[part]):
             if self.side[u] > 0 or self.side[v] > 0:
                 yield from (f for f in self.beside[edge_of(u, v)] if f != part)
 
@@ -108,7 +109,7 @@ class FoldBuilder:
         self.faces[face], self.faces[new] = parts[1 - moves], parts[moves]
         self.isometries[new] = self.isometries[face]
         self.part_of[face] = new
-        for u, v in _sides(parts[moves]):
+        for u, v in sides(parts[moves]):
             self._hand_over(edge_of(u, v), face, new)
         self.beside[edge_of(first, second)] = (face, new)
         return new
@@ -165,12 +166,7 @@ def _sign(distance: float) -> int:
     return 0 if abs(distance) <= TOLERANCE else 1 if distance > 0 else -1
 
 
-def _sides(cycle: tuple[int, ...]) -> Iterator[Edge]:
-    """The edges of a cycle, walked from its start."""
-    return zip(cycle, cycle[1:] + cycle[:1], strict=True)
-
-
-def _moved_by(record: Crease, face: int, new: int) -> Crease:
+def _moved_by(record: FoldedCrease, face: int, new: int) -> FoldedCrease:
     """A crease record in which a new part stands for the face it was cut from, all the way down."""
     below = record.below and _moved_by(record.below, face, new)
-    return Crease(record.fold, new if record.moved == face else record.moved, below)
+    return FoldedCrease(record.fold, new if record.moved == face else record.moved, below)

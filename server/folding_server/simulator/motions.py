@@ -11,7 +11,7 @@ FLIP_AXES = ("x", "y", "y=x", "y=-x")
 
 
 def rotate(paper: Paper, angle: float) -> Paper:
-    """Turn the model by degrees, positive clockwise, about the mean of its vertex positions.
+    """Turn the model by degrees, positive clockwise, about the mean of its folded vertices.
 
     Raises ActionRefused unless the angle is a finite number.
     """

@@ -9,19 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from folding_server.geometry.graph import Edge, edge_faces
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 
-Edge = tuple[int, int]
-"""Two vertex ids, smaller first."""
 
-
-def edge_of(u: int, v: int) -> Edge:
-    """The edge between two vertices, in the order used as a key."""
-    return (u, v) if u < v else (v, u)
-
-
-class Crease(NamedTuple):
+class FoldedCrease(NamedTuple):
     """Who last turned an inner edge: the fold's number, the face beside the edge that moved, and what it covered.
 
     ``below`` is the record that returns when this fold is undone by an unfold.
@@ -29,16 +22,16 @@ class Crease(NamedTuple):
 
     fold: int
     moved: int
-    below: "Crease | None"
+    below: "FoldedCrease | None"
 
 
 @dataclass(frozen=True)
 class Paper:
     """A flat-folded sheet of ``sheet`` = (width, height).
 
-    ``vertices_coords``  vertex id -> its place in the crease pattern, on the unfolded sheet
+    ``vertices_coords``  vertex id -> its coordinates in the crease pattern, on the unfolded sheet
     ``faces``        face id -> its convex boundary as a cycle of vertex ids
-    ``isometries``   face id -> motion from the sheet to the folded place; a mirror if the back is up
+    ``isometries``   face id -> motion from the crease pattern to the folded form; a mirror if the back is up
     ``order``        all faces, bottom to top
     ``creases``      inner edge -> record of the folds that turned it; absent for a mark that nothing holds folded
     ``folds``        number of folds so far; the newest has this number
@@ -50,21 +43,14 @@ class Paper:
     faces: Mapping[int, tuple[int, ...]]
     isometries: Mapping[int, Isometry]
     order: tuple[int, ...]
-    creases: Mapping[Edge, Crease]
+    creases: Mapping[Edge, FoldedCrease]
     folds: int
     fold_edges: Mapping[int, tuple[int, int]]
 
     @cached_property
     def edge_faces(self) -> Mapping[Edge, tuple[int, ...]]:
         """Edge -> the one or two faces beside it."""
-        beside: dict[Edge, tuple[int, ...]] = {}
-        for face, cycle in self.faces.items():
-            u = cycle[-1]
-            for v in cycle:
-                key = (u, v) if u < v else (v, u)
-                beside[key] = (*beside[key], face) if key in beside else (face,)
-                u = v
-        return beside
+        return edge_faces(self.faces)
 
     @cached_property
     def vertex_face(self) -> Mapping[int, int]:
@@ -77,7 +63,7 @@ class Paper:
 
     @cached_property
     def folded_vertices_coords(self) -> Mapping[int, Point]:
-        """Vertex -> its folded position."""
+        """Vertex -> its coordinates in the folded form."""
         return {v: self.isometries[f](self.vertices_coords[v]) for v, f in self.vertex_face.items()}
 
     @cached_property
@@ -87,8 +73,8 @@ class Paper:
 
     def polygon(self, face: int) -> list[Point]:
         """The folded outline of a face, in the order of its cycle."""
-        motion, places = self.isometries[face], self.vertices_coords
-        return [motion(places[v]) for v in self.faces[face]]
+        isometry, coords = self.isometries[face], self.vertices_coords
+        return [isometry(coords[v]) for v in self.faces[face]]
 
     def sheet_polygon(self, face: int) -> list[Point]:
         """The outline of a face on the unfolded sheet."""
@@ -114,7 +100,7 @@ class Paper:
         return "M" if self.back_up(lower) else "V"
 
     def edges(self) -> Iterator[tuple[Edge, str]]:
-        """All edges with their letters, in a fixed order."""
+        """All edges with their assignments, in a fixed order."""
         return ((edge, self.edge_assignment(edge)) for edge in sorted(self.edge_faces))
 
 
@@ -124,5 +110,5 @@ def new_paper(sheet: tuple[float, float] = (1.0, 1.0)) -> Paper:
     Width and height in sheet units; the square (1, 1) is the default.
     """
     width, height = sheet
-    places = {1: (0.0, height), 2: (width, height), 3: (width, 0.0), 4: (0.0, 0.0)}
-    return Paper(sheet, places, {1: (1, 2, 3, 4)}, {1: IDENTITY}, (1,), {}, 0, {})
+    vertices_coords = {1: (0.0, height), 2: (width, height), 3: (width, 0.0), 4: (0.0, 0.0)}
+    return Paper(sheet, vertices_coords, {1: (1, 2, 3, 4)}, {1: IDENTITY}, (1,), {}, 0, {})

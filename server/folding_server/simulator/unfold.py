@@ -6,14 +6,15 @@ side may, which is the same model seen from another place.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from math import hypot, sqrt
+from math import dist
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.convex import bounding_box, boxes_meet, overlap
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.graph import Edge, edge_of, sides
+from folding_server.geometry.isometry import Isometry, mirror_line
 from folding_server.geometry.line import Line
 from folding_server.simulator.flat_vertices import DRIFT, torn_vertex, unflat_vertex
-from folding_server.simulator.paper import Crease, Edge, Paper, edge_of
+from folding_server.simulator.paper import FoldedCrease, Paper
 from folding_server.simulator.vertices import known_vertices
 
 
@@ -55,7 +56,7 @@ def unfold(paper: Paper, edge: Edge | None = None) -> Paper:
 
 
 def _checked(paper: Paper, hinge: Hinge, name: str) -> Paper:
-    """The unfolded paper; ActionRefused if a vertex of the crease would not lie flat, or not at one place."""
+    """The unfolded paper; ActionRefused if a vertex of the crease would not lie flat, or its faces would disagree on its coordinates."""
     blunt = unflat_vertex(paper, hinge.edges)
     if blunt is not None:
         raise ActionRefused(
@@ -111,20 +112,16 @@ def _hinge(paper: Paper, number: int) -> Hinge:
     reflection = _reflection(paper, longest)
     for e in edges:
         ends = [motion(paper.vertices_coords[v]) for v in e for motion in _motions(paper, e)]
-        if any(_gap(reflection(p), p) > 2 * DRIFT for p in ends):
+        if any(dist(reflection(p), p) > 2 * DRIFT for p in ends):
             raise ActionRefused(
                 f"{_name(paper, number)} cannot be undone: {_bender(paper, number)} has bent its crease at edge "
                 f"[{e[0]}, {e[1]}]; unfold that first."
             )
-    return Hinge(number, edges, reflection, _fixed_line(reflection))
+    return Hinge(number, edges, reflection, mirror_line(reflection))
 
 
 def _length(paper: Paper, edge: Edge) -> float:
-    return _gap(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
-
-
-def _gap(p: tuple[float, float], q: tuple[float, float]) -> float:
-    return hypot(p[0] - q[0], p[1] - q[1])
+    return dist(paper.vertices_coords[edge[0]], paper.vertices_coords[edge[1]])
 
 
 def _motions(paper: Paper, edge: Edge) -> list[Isometry]:
@@ -136,14 +133,6 @@ def _reflection(paper: Paper, edge: Edge) -> Isometry:
     moved = paper.creases[edge].moved
     (stays,) = (face for face in paper.edge_faces[edge] if face != moved)
     return paper.isometries[stays].after(paper.isometries[moved].inverse())
-
-
-def _fixed_line(reflection: Isometry) -> Line:
-    """The line that a reflection leaves in place."""
-    nx, ny = sqrt(max(0.0, (1 - reflection.a) / 2)), sqrt(max(0.0, (1 - reflection.d) / 2))
-    if reflection.b > 0:
-        ny = -ny
-    return Line(nx, ny, (reflection.e * nx + reflection.f * ny) / 2)
 
 
 def _bender(paper: Paper, number: int) -> str:
@@ -162,7 +151,7 @@ def _joined(paper: Paper, start: Iterable[int], cut: frozenset[Edge]) -> frozens
     seen, waiting = set(start), list(start)
     while waiting:
         cycle = paper.faces[waiting.pop()]
-        for u, v in zip(cycle, cycle[1:] + cycle[:1], strict=True):
+        for u, v in sides(cycle):
             e = edge_of(u, v)
             if e not in cut:
                 fresh = [f for f in paper.edge_faces[e] if f not in seen]
@@ -209,7 +198,7 @@ def _swung(paper: Paper, swinging: frozenset[int], hinge: Hinge, *, over: bool) 
     """The paper with one side mirrored about the hinge and its stack reversed, on top or at the bottom."""
     stays = [f for f in paper.order if f not in swinging]
     turned = [f for f in reversed(paper.order) if f in swinging]
-    creases: dict[Edge, Crease] = dict(paper.creases)
+    creases: dict[Edge, FoldedCrease] = dict(paper.creases)
     for e in hinge.edges:
         below = creases.pop(e).below
         if below is not None:

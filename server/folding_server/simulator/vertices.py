@@ -4,9 +4,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.line import between
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.paper import Edge, Paper, edge_of
+from folding_server.simulator.paper import Paper
 
 
 def add_vertex(paper: Paper, edge: Edge, position: float) -> Paper:
@@ -53,7 +54,7 @@ def known_vertices(paper: Paper, vertices: Iterable[int]) -> None:
     for v in vertices:
         if v not in paper.vertices_coords:
             raise ActionRefused(
-                f"There is no vertex {v}; the vertices are {listed(paper.vertices_coords)}. Use add_vertex to make a new one."
+                f"There is no vertex {v}; the vertices are {id_ranges(paper.vertices_coords)}. Use add_vertex to make a new one."
             )
 
 
@@ -63,11 +64,11 @@ def known_edge(paper: Paper, edge: Edge) -> Edge:
     u, v = edge
     if edge_of(u, v) not in paper.edge_faces:
         joined = sorted({w for e in paper.edge_faces if u in e for w in e} - {u})
-        raise ActionRefused(f"No edge joins {u} and {v}; edges from {u} lead to {listed(joined)}.")
+        raise ActionRefused(f"No edge joins {u} and {v}; edges from {u} lead to {id_ranges(joined)}.")
     return edge
 
 
-def listed(numbers: Iterable[int]) -> str:
+def id_ranges(numbers: Iterable[int]) -> str:
     """Ids in words: runs shortened, as in ``1 to 9, 12``."""
     runs: list[list[int]] = []
     for n in sorted(numbers):

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from folding_server.arrays import Mask
 from folding_server.geometry.convex import Polygon
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.planes import planes
 from folding_server.vision.grid import Grid
@@ -36,7 +36,7 @@ class Borders:
         return np.asarray(self.layers | self.creases)
 
 
-def visible_borders(paper: Paper, grid: Grid, motion: Isometry) -> Borders:
+def visible_borders(paper: Paper, grid: Grid, motion: Similarity) -> Borders:
     """The lines that a paper shows on a grid under a motion."""
     outlines = [paper.polygon(f) for f in paper.order]
     plane_of = {face: 1 + i % _VALUES for i, group in enumerate(planes(paper)) for face in group}
@@ -49,7 +49,7 @@ def visible_borders(paper: Paper, grid: Grid, motion: Isometry) -> Borders:
     return Borders(layers, np.asarray(creases & ~layers), by_face)
 
 
-def _steps(outlines: Sequence[Polygon], grid: Grid, motion: Isometry) -> Mask:
+def _steps(outlines: Sequence[Polygon], grid: Grid, motion: Similarity) -> Mask:
     """Where layers end below: paper laid over their end shows its crease there as clearly as a border."""
     depth = np.zeros((grid.rows, grid.cols), np.uint8)
     for outline in outlines:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Image, Mask, RgbImage
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.grid import Grid
@@ -106,7 +106,7 @@ class LineMatch:
 NO_LINES = LineMatch(0.0, ())
 
 
-def match_lines(paper: Paper, motion: Isometry, edges: Image, grid: Grid, core: Mask) -> LineMatch:
+def match_lines(paper: Paper, motion: Similarity, edges: Image, grid: Grid, core: Mask) -> LineMatch:
     """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side."""
     width = 2 * max(1, round(LINE_TOLERANCE * grid.pixels_per_unit)) + 1
     near = (

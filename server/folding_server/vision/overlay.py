@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.arrays import Mask, RgbImage
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.comparison import Match
@@ -69,7 +69,7 @@ def _draw_sides(picture: cv2.typing.MatLike, outline: Outline, grid: Grid) -> No
             cv2.line(picture, ends[i], ends[(i + 1) % len(ends)], SEEN, 2, cv2.LINE_AA, 4)
 
 
-def visible_lines(paper: Paper, grid: Grid, motion: Isometry) -> tuple[Mask, Mask]:
+def visible_lines(paper: Paper, grid: Grid, motion: Similarity) -> tuple[Mask, Mask]:
     """The diagram's silhouette, and the other borders of faces that nothing covers, as masks on a grid."""
     covered = is_paper(draw_paper(paper, grid, motion)).astype(np.uint8)
     silhouette = cv2.dilate(covered, np.ones((3, 3), np.uint8)) != cv2.erode(

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from folding_server.arrays import Floats, Indices
 from folding_server.geometry.convex import Polygon
-from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.isometry import IDENTITY
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, FRONT, LabelImage
@@ -26,7 +27,7 @@ _SLIVER = 0.6
 
 
 def draw_labels(
-    polygons: Sequence[Polygon], backs: Sequence[bool], grid: Grid, motion: Isometry = IDENTITY
+    polygons: Sequence[Polygon], backs: Sequence[bool], grid: Grid, motion: Similarity = IDENTITY
 ) -> LabelImage:
     """The label image of convex folded faces.
 
@@ -36,14 +37,14 @@ def draw_labels(
     return draw_values(polygons, [BACK if back else FRONT for back in backs], grid, motion)
 
 
-def draw_paper(paper: Paper, grid: Grid, motion: Isometry = IDENTITY) -> LabelImage:
+def draw_paper(paper: Paper, grid: Grid, motion: Similarity = IDENTITY) -> LabelImage:
     """The label image of a folded sheet."""
     order = paper.order
     return draw_labels([paper.polygon(f) for f in order], [paper.back_up(f) for f in order], grid, motion)
 
 
 def draw_values(
-    polygons: Sequence[Polygon], values: Sequence[int], grid: Grid, motion: Isometry = IDENTITY
+    polygons: Sequence[Polygon], values: Sequence[int], grid: Grid, motion: Similarity = IDENTITY
 ) -> npt.NDArray[np.uint8]:
     """Like :func:`draw_labels` with any values 1 to 255, such as a face's place in the stack plus one."""
     image = np.zeros((grid.rows, grid.cols), np.uint8)
@@ -66,7 +67,7 @@ def draw_values(
 
 
 def draw_touched(
-    polygons: Sequence[Polygon], grid: Grid, motion: Isometry = IDENTITY
+    polygons: Sequence[Polygon], grid: Grid, motion: Similarity = IDENTITY
 ) -> npt.NDArray[np.uint8]:
     """1 at all pixels that convex polygons touch, else 0: half a pixel wider than :func:`draw_values`, and much faster."""
     image = np.zeros((grid.rows, grid.cols), np.uint8)
@@ -84,7 +85,7 @@ def _fixed(points: Floats) -> npt.NDArray[np.int32]:
     return np.rint(points * (1 << _SHIFT)).astype(np.int32)
 
 
-def _to_pixels(points: Floats, grid: Grid, motion: Isometry) -> Floats:
+def _to_pixels(points: Floats, grid: Grid, motion: Similarity) -> Floats:
     """Motion and grid in one affine map, (N, 2) to (N, 2)."""
     a, b, c, d, e, f = motion
     s = grid.pixels_per_unit

@@ -7,10 +7,11 @@ from math import hypot, inf, log, sqrt
 
 import numpy as np
 
-from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished, scale_of
+from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished
 from folding_server.vision.fitting.scene import FaceStack, Scene, face_stack
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, is_paper
@@ -42,7 +43,7 @@ class Alignment:
     motion, 0 if the photo shows none of the places where the paper should be.
     """
 
-    motion: Isometry
+    motion: Similarity
     agreement: float
     shift: tuple[float, float, float]
     scale: float
@@ -64,9 +65,7 @@ def align_paper(paper: Paper, scene: Scene, scales: tuple[float, float] = FIXED)
     best = max((fine.polished(start) for start in _distinct(begun)), key=fine.value)
     best = fine.polished(fine.climbed(best, 0.01, 3))
     motion = fine.motion(best)
-    return Alignment(
-        motion, fine.agreement(motion), (best[0], best[1], best[2]), scale_of(motion), stack.center
-    )
+    return Alignment(motion, fine.agreement(motion), (best[0], best[1], best[2]), motion.scale, stack.center)
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class _Search:
         turned = min(max(turned, -LARGEST_TURN), LARGEST_TURN)
         return dx * nearer, dy * nearer, turned, min(max(size, self.smallest), self.largest)
 
-    def motion(self, nudge: Vector) -> Isometry:
+    def motion(self, nudge: Vector) -> Similarity:
         """The similarity about the stack's middle."""
         return nudged(IDENTITY, self.stack.center, self.limited(nudge))
 
@@ -101,7 +100,7 @@ class _Search:
         price = _SHIFT_PRICE * hypot(dx, dy) + _TURN_PRICE * abs(turned) + _SCALE_PRICE * abs(size)
         return self.scene.agreement_of(self.drawn(nudge)) - price
 
-    def agreement(self, motion: Isometry) -> float:
+    def agreement(self, motion: Similarity) -> float:
         """Agreement, 0 if nothing can be seen where the paper should be."""
         drawn = self.scene.draw(self.stack, motion)
         judged = (is_paper(drawn) | self.scene.paper) & self.scene.known

@@ -3,7 +3,7 @@
 from folding_schemas.results import RunInfo
 
 from folding_server.errors import RunError
-from folding_server.simulator.vertices import listed
+from folding_server.simulator.vertices import id_ranges
 from folding_server.store.views import Checkpoint, RunView
 
 
@@ -30,7 +30,7 @@ def run_info(run: RunView) -> RunInfo:
 def checkpoint_at(run: RunView, frame: int) -> Checkpoint:
     """The checkpoint of a frame. RunError, naming the saved frames, if there is none."""
     if frame not in run.checkpoints:
-        saved = listed(run.checkpoints) or "none"
+        saved = id_ranges(run.checkpoints) or "none"
         raise RunError(
             f"Frame {frame} has no checkpoint; saved frames: {saved}. Use save_checkpoint to make one."
         )

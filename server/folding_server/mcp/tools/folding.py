@@ -13,7 +13,7 @@ from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.run_status import attempt_in_words
 from folding_server.simulator import Paper, folded_state
 from folding_server.simulator.state_diff import StateDifference, state_difference
-from folding_server.simulator.vertices import listed
+from folding_server.simulator.vertices import id_ranges
 from folding_server.store.rules import check_may_act
 from folding_server.store.views import RunView
 
@@ -86,11 +86,11 @@ def _in_words(made: StateDifference, after: Paper) -> str:
     """What is new and what moved."""
     parts = []
     if made.new_vertices:
-        parts.append(f"New vertices: {listed(made.new_vertices)}.")
+        parts.append(f"New vertices: {id_ranges(made.new_vertices)}.")
     if made.new_faces:
-        parts.append(f"New faces: {listed(made.new_faces)}.")
+        parts.append(f"New faces: {id_ranges(made.new_faces)}.")
     if len(made.moved_faces) == len(after.faces):
         parts.append("Every face moved.")
     elif made.moved_faces:
-        parts.append(f"Moved faces: {listed(made.moved_faces)}.")
+        parts.append(f"Moved faces: {id_ranges(made.moved_faces)}.")
     return " ".join(parts)

@@ -1,6 +1,6 @@
 """Flat-foldability of crease patterns: local conditions, closing up, and layer orders by constraint solving."""
 
-from folding_server.simulator.foldability.local import LocalViolation
+from folding_server.simulator.foldability.local import VertexViolation
 from folding_server.simulator.foldability.pattern import Assignment, CreasePattern, pattern_of
 from folding_server.simulator.foldability.report import CAP, FoldabilityReport, check_paper, check_pattern
 
@@ -9,7 +9,7 @@ __all__ = [
     "Assignment",
     "CreasePattern",
     "FoldabilityReport",
-    "LocalViolation",
+    "VertexViolation",
     "check_paper",
     "check_pattern",
     "pattern_of",

@@ -13,23 +13,24 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from folding_server.simulator.foldability.equations import Pair
+from folding_server.arrays import Geometries
+from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.validity.contacts import along, cells, overlapping, shrunk, through
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """``pairs`` i < j of overlapping faces; ``known`` pairs that the letters fix, lower face first; ``equal`` pairs of
+    """``pairs`` i < j of overlapping faces; ``known`` pairs that assignments fix, lower face first; ``equal`` pairs of
     statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
     face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it.
     """
 
     faces: int
-    pairs: frozenset[Pair]
-    known: tuple[Pair, ...]
-    equal: frozenset[tuple[Pair, Pair]]
-    even: frozenset[tuple[Pair, Pair, Pair, Pair]]
+    pairs: frozenset[FacePair]
+    known: tuple[FacePair, ...]
+    equal: frozenset[tuple[FacePair, FacePair]]
+    even: frozenset[tuple[FacePair, FacePair, FacePair, FacePair]]
     cells: tuple[int, ...]
     reached: tuple[int, ...]
 
@@ -51,8 +52,8 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     )
 
 
-def lettered(flat: FlatFaces) -> Iterator[Pair]:
-    """The faces beside each crease with a letter, lower first.
+def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
+    """The faces beside each mountain and valley, lower first.
 
     A valley has the front sides inside: the other face lies on the front of each. A mountain, on the back.
     """
@@ -68,21 +69,19 @@ class _Builder:
     ``thin`` faces are thinner than the tolerance: a flat pair with one does not reach across its crease.
     """
 
-    def __init__(self, flat: FlatFaces, pairs: frozenset[Pair], thin: Iterable[int]) -> None:
+    def __init__(self, flat: FlatFaces, pairs: frozenset[FacePair], thin: Iterable[int]) -> None:
         self.flat, self.pairs, self.thin = flat, pairs, frozenset(thin)
-        self.even: set[tuple[Pair, Pair, Pair, Pair]] = set()
+        self.even: set[tuple[FacePair, FacePair, FacePair, FacePair]] = set()
 
-    def overlap(self, *pairs: Pair) -> bool:
+    def overlap(self, *pairs: FacePair) -> bool:
         """Whether all pairs are of faces that overlap."""
         return all((min(p), max(p)) in self.pairs for p in pairs)
 
-    def known(self) -> Iterator[Pair]:
-        """What the letters say of faces that overlap."""
-        return (pair for pair in lettered(self.flat) if self.overlap(pair))
+    def known(self) -> Iterator[FacePair]:
+        """What assignments say of faces that overlap."""
+        return (pair for pair in assigned_orders(self.flat) if self.overlap(pair))
 
-    def equal(
-        self, tolerance: float, outlines: "np.typing.NDArray[np.object_]"
-    ) -> Iterator[tuple[Pair, Pair]]:
+    def equal(self, tolerance: float, outlines: Geometries) -> Iterator[tuple[FacePair, FacePair]]:
         """Equations between two statements."""
         if not self.flat.creases:
             return
@@ -94,11 +93,11 @@ class _Builder:
         for (i, j), way in zip(pairs.T, ways, strict=True):
             yield from self._along(int(i), int(j), int(way))
 
-    def _same(self, first: Pair, second: Pair) -> Iterator[tuple[Pair, Pair]]:
+    def _same(self, first: FacePair, second: FacePair) -> Iterator[tuple[FacePair, FacePair]]:
         if len({*first}) == 2 == len({*second}) and self.overlap(first, second):
             yield first, second
 
-    def _along(self, i: int, j: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+    def _along(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
         """Two creases along one line, ``way`` 1 if they point the same way."""
         folded = (self.flat.creases[i].folded, self.flat.creases[j].folded)
         if folded == (True, True):
@@ -115,18 +114,18 @@ class _Builder:
         if one_side and len({a, b, c, d}) == 4 and self.overlap(*four):
             self.even.add(four)
 
-    def _two_flat_pairs(self, i: int, j: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+    def _two_flat_pairs(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
         (a, b), (c, d) = self._beside(i), self._beside(j)
         if self.flat.sides[i, 0] != self.flat.sides[j, 0] * way:
             c, d = d, c
         yield from self._same((a, c), (b, d))
 
-    def _fold_and_flat_pair(self, fold: int, flat: int, way: int) -> Iterator[tuple[Pair, Pair]]:
+    def _fold_and_flat_pair(self, fold: int, flat: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
         (a, b), (inside, outside) = self._beside(fold), self._beside(flat)
         if self.flat.sides[flat, 0] * way != self.flat.sides[fold, 0]:
             inside, outside = outside, inside
         if outside not in self.thin:
             yield from self._same((a, inside), (b, inside))
 
-    def _beside(self, crease: int) -> Pair:
+    def _beside(self, crease: int) -> FacePair:
         return self.flat.creases[crease].left, self.flat.creases[crease].right

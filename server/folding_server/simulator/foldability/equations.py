@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-Pair = tuple[int, int]
+FacePair = tuple[int, int]
 """(x, y), read as the statement that face x lies below face y."""
 
 
@@ -23,8 +23,8 @@ class Equations:
     ``fixed``     (class, value) for classes that the equations alone decide
     """
 
-    class_of: dict[Pair, tuple[int, bool]]
-    members: list[list[Pair]]
+    class_of: dict[FacePair, tuple[int, bool]]
+    members: list[list[FacePair]]
     parities: list[tuple[tuple[int, ...], bool]]
     watching: list[list[int]]
     fixed: list[tuple[int, bool]]
@@ -38,10 +38,10 @@ class Equations:
 class _Classes:
     """Union-find with signs over the pairs."""
 
-    def __init__(self, pairs: Iterable[Pair]) -> None:
-        self.above: dict[Pair, tuple[Pair, bool]] = {pair: (pair, False) for pair in pairs}
+    def __init__(self, pairs: Iterable[FacePair]) -> None:
+        self.above: dict[FacePair, tuple[FacePair, bool]] = {pair: (pair, False) for pair in pairs}
 
-    def find(self, x: int, y: int) -> tuple[Pair, bool]:
+    def find(self, x: int, y: int) -> tuple[FacePair, bool]:
         """The root of [x, y] and whether the statement is its opposite."""
         pair, opposite = ((x, y), False) if x < y else ((y, x), True)
         path = []
@@ -53,7 +53,7 @@ class _Classes:
             self.above[passed] = (pair, opposite != before)
         return pair, opposite
 
-    def join(self, first: tuple[Pair, bool], second: tuple[Pair, bool], *, opposite: bool) -> None:
+    def join(self, first: tuple[FacePair, bool], second: tuple[FacePair, bool], *, opposite: bool) -> None:
         """Make two signed roots equal or opposite; ContradictionError if they are the other already."""
         (p, negated_p), (q, negated_q) = first, second
         sign = negated_p ^ negated_q ^ opposite
@@ -64,7 +64,9 @@ class _Classes:
 
 
 def equations(
-    pairs: Iterable[Pair], equal: Iterable[tuple[Pair, Pair]], even: Collection[tuple[Pair, ...]]
+    pairs: Iterable[FacePair],
+    equal: Iterable[tuple[FacePair, FacePair]],
+    even: Collection[tuple[FacePair, ...]],
 ) -> Equations:
     """Gather statements into classes; ContradictionError if the equations alone have no solution."""
     pairs = sorted(pairs)
@@ -81,9 +83,9 @@ def equations(
     return _numbered(classes, pairs, sorted(reduced))
 
 
-def _reduced(classes: _Classes, statements: Iterable[Pair]) -> tuple[tuple[Pair, ...], bool]:
+def _reduced(classes: _Classes, statements: Iterable[FacePair]) -> tuple[tuple[FacePair, ...], bool]:
     """An even number of statements as roots, those that occur twice cancelled, and whether an odd number must hold."""
-    odd, count = False, Counter[Pair]()
+    odd, count = False, Counter[FacePair]()
     for x, y in statements:
         root, opposite = classes.find(x, y)
         odd ^= opposite
@@ -91,11 +93,13 @@ def _reduced(classes: _Classes, statements: Iterable[Pair]) -> tuple[tuple[Pair,
     return tuple(sorted(root for root, times in count.items() if times % 2)), odd
 
 
-def _numbered(classes: _Classes, pairs: list[Pair], rows: list[tuple[tuple[Pair, ...], bool]]) -> Equations:
+def _numbered(
+    classes: _Classes, pairs: list[FacePair], rows: list[tuple[tuple[FacePair, ...], bool]]
+) -> Equations:
     """The classes by number, in the order of their first pair."""
-    numbers: dict[Pair, int] = {}
-    class_of: dict[Pair, tuple[int, bool]] = {}
-    members: list[list[Pair]] = []
+    numbers: dict[FacePair, int] = {}
+    class_of: dict[FacePair, tuple[int, bool]] = {}
+    members: list[list[FacePair]] = []
     for x, y in pairs:
         root, opposite = classes.find(x, y)
         number = numbers.setdefault(root, len(numbers))

@@ -3,23 +3,21 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from heapq import heapify, heappop, heappush
 
 import numpy as np
-from numpy.typing import NDArray
 
-from folding_server.geometry.planar import edge_faces
+from folding_server.arrays import Floats, Ints
+from folding_server.geometry.graph import Edge, edge_faces, edge_of, sides
+from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.simulator.foldability.face_walk import SharedEdge, faces_isometries
 from folding_server.simulator.foldability.pattern import Assignment, CreasePattern
 
-Floats = NDArray[np.float64]
-Edge = tuple[int, int]
-
-FOLDED = frozenset("MVU")
-"""Letters of creases that are folded: a crease without a direction is folded one way or the other."""
+FOLDED_ASSIGNMENTS = frozenset("MVU")
+"""Assignments of creases that are folded: an unassigned one is folded one way or the other."""
 
 
 @dataclass(frozen=True)
-class Crease:
+class PatternCrease:
     """An edge between two faces, ``left`` of u -> v on the sheet and ``right`` of it."""
 
     edge: Edge
@@ -30,7 +28,7 @@ class Crease:
     @property
     def folded(self) -> bool:
         """Whether the two faces lie on top of each other at this crease."""
-        return self.assignment in FOLDED
+        return self.assignment in FOLDED_ASSIGNMENTS
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class FlatFaces:
     """
 
     pattern: CreasePattern
-    creases: Sequence[Crease]
+    creases: Sequence[PatternCrease]
     outlines: Sequence[Floats]
     mirrored: Sequence[bool]
     spread: float
@@ -61,7 +59,7 @@ class FlatFaces:
         return np.array(rows, float).reshape(-1, 2, 2)
 
     @cached_property
-    def sides(self) -> NDArray[np.int_]:
+    def sides(self) -> Ints:
         """(m, 2): on which side of its folded segment each of a crease's faces lies, 1 left and -1 right of it."""
         return np.array(
             [[-1 if self.mirrored[c.left] else 1, 1 if self.mirrored[c.right] else -1] for c in self.creases],
@@ -69,79 +67,69 @@ class FlatFaces:
         ).reshape(-1, 2)
 
 
-def creases_of(pattern: CreasePattern) -> list[Crease]:
+def creases_of(pattern: CreasePattern) -> list[PatternCrease]:
     """The edges that join two faces; a boundary edge between two is a cut and joins nothing."""
-    beside = edge_faces(pattern.cycles)
-    leaves = {
-        (u, v): face
-        for face, cycle in enumerate(pattern.cycles)
-        for u, v in zip(cycle, (*cycle[1:], cycle[0]), strict=True)
-    }
+    beside = edge_faces(dict(enumerate(pattern.cycles)))
+    left_of = {side: face for face, cycle in enumerate(pattern.cycles) for side in sides(cycle)}
     found = []
-    for (u, v), assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
-        joins = len(set(beside.get((min(u, v), max(u, v)), ()))) == 2 and assignment != "B"
-        if joins and (u, v) in leaves and (v, u) in leaves:
-            found.append(Crease((u, v), assignment, leaves[u, v], leaves[v, u]))
+    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
+        joins = len(set(beside.get(edge_of(u, v), ()))) == 2 and assignment != "B"
+        if joins and (u, v) in left_of and (v, u) in left_of:
+            found.append(PatternCrease((u, v), assignment, left_of[u, v], left_of[v, u]))
     return found
 
 
 def lay_flat(pattern: CreasePattern) -> FlatFaces:
     """Fold every crease flat, walking from face to face out of the first, which keeps its place front up."""
-    points = np.array(pattern.vertices, float)
+    points = np.array(pattern.vertices_coords, float)
     points = (points - points.min(axis=0)) / max(float(np.ptp(points, axis=0).max()), 1e-300)
     creases = creases_of(pattern)
-    reached, odd = _motions(points, len(pattern.cycles), creases)
-    loose = next((face for face in range(len(pattern.cycles)) if face not in reached), None)
-    motions = [reached.get(face, np.eye(2, 3)) for face in range(len(pattern.cycles))]
+    isometries = faces_isometries(
+        points.tolist(), [SharedEdge(c.edge, (c.left, c.right), c.folded) for c in creases]
+    )
+    faces = range(len(pattern.cycles))
+    lying = [isometries.get(face, IDENTITY) for face in faces]
     outlines = [
-        points[list(cycle)] @ m[:, :2].T + m[:, 2] for cycle, m in zip(pattern.cycles, motions, strict=True)
+        _outline(points[list(cycle)], isometry) for cycle, isometry in zip(pattern.cycles, lying, strict=True)
     ]
     spread, worst = _spread(pattern, outlines)
-    mirrored = [bool(np.linalg.det(m[:, :2]) < 0) for m in motions]
-    return FlatFaces(pattern, creases, outlines, mirrored, spread, worst, odd, list(reached), loose)
+    return FlatFaces(
+        pattern,
+        creases,
+        outlines,
+        [isometry.mirrors for isometry in lying],
+        spread,
+        worst,
+        _odd_vertex(creases, isometries),
+        list(isometries),
+        next((face for face in faces if face not in isometries), None),
+    )
 
 
-def _motions(points: Floats, faces: int, creases: Sequence[Crease]) -> tuple[dict[int, Floats], int | None]:
-    """The motion (2, 3) of every face that is reached, and a vertex at which the two ways round give a face different
-    sides. Long creases are crossed first: a short one says little about the direction it lies in.
-    """
-    beside: Mapping[int, list[tuple[float, int, int]]] = {face: [] for face in range(faces)}
-    for k, crease in enumerate(creases):
-        p, q = points[list(crease.edge)]
-        length = float(np.hypot(*(q - p)))
-        beside[crease.left].append((-length, k, crease.right))
-        beside[crease.right].append((-length, k, crease.left))
-    motions: dict[int, Floats] = {0: np.eye(2, 3)}
-    parity, waiting = {0: False}, [(rank, k, 0, other) for rank, k, other in beside[0]]
-    heapify(waiting)
-    while waiting:
-        _, k, face, other = heappop(waiting)
-        if other not in motions:
-            motions[other] = _over(motions[face], points, creases[k])
-            parity[other] = parity[face] != creases[k].folded
-            for rank, further, beyond in beside[other]:
-                heappush(waiting, (rank, further, other, beyond))
-    odd = (c.edge[0] for c in creases if c.left in parity and (parity[c.left] != parity[c.right]) != c.folded)
-    return motions, next(odd, None)
+def _outline(corners: Floats, isometry: Isometry) -> Floats:
+    """Where the corners (k, 2) of a face go."""
+    rows = np.array(isometry.rows[:2])
+    return np.asarray(corners @ rows[:, :2].T + rows[:, 2])
 
 
-def _over(motion: Floats, points: Floats, crease: Crease) -> Floats:
-    """The motion of the face on the other side of a crease."""
-    if not crease.folded:
-        return motion
-    p, q = points[list(crease.edge)]
-    normal = np.array([p[1] - q[1], q[0] - p[0]]) / np.hypot(*(q - p))
-    flip = np.eye(2) - 2 * np.outer(normal, normal)
-    shift = 2 * (normal @ p) * normal
-    turned = motion[:, :2] @ flip
-    return np.column_stack([turned, motion[:, :2] @ shift + motion[:, 2]])
+def _odd_vertex(creases: Sequence[PatternCrease], isometries: Mapping[int, Isometry]) -> int | None:
+    """A vertex at which the two ways round give a face different sides; None if there is none."""
+    return next(
+        (
+            crease.edge[0]
+            for crease in creases
+            if crease.left in isometries
+            and (isometries[crease.left].mirrors != isometries[crease.right].mirrors) != crease.folded
+        ),
+        None,
+    )
 
 
 def _spread(pattern: CreasePattern, outlines: Sequence[Floats]) -> tuple[float, int]:
     """How far the faces disagree on a vertex at most, and on which."""
     corners = np.concatenate(outlines)
     owner = np.concatenate([np.array(cycle) for cycle in pattern.cycles])
-    low = np.full((len(pattern.vertices), 2), np.inf)
+    low = np.full((len(pattern.vertices_coords), 2), np.inf)
     high = -low
     np.minimum.at(low, owner, corners)
     np.maximum.at(high, owner, corners)

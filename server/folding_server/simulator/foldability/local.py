@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from math import atan2, hypot, pi, tau
 from typing import Literal
 
-from folding_server.simulator.foldability.flat_faces import Crease, creases_of
+from folding_server.simulator.foldability.flat_faces import PatternCrease, creases_of
 from folding_server.simulator.foldability.pattern import CreasePattern
 
 ANGLE = 1e-2
 """Radians that alternate angles may be off half a turn."""
-PLACE = 2e-4
-"""How far a vertex may be from where it should be, in units of the sheet's longer side: short creases turn by more."""
+OFF = 2e-4
+"""How far the coordinates of a vertex may be off, in units of the sheet's longer side: short creases turn by more."""
 
 
 @dataclass(frozen=True)
-class LocalViolation:
+class VertexViolation:
     """A vertex (as the pattern calls it) at which a condition fails, and how."""
 
     vertex: int
@@ -23,42 +23,44 @@ class LocalViolation:
     detail: str
 
 
-def local_violations(pattern: CreasePattern) -> list[LocalViolation]:
+def local_violations(pattern: CreasePattern) -> list[VertexViolation]:
     """Every vertex inside the sheet that breaks Maekawa's or Kawasaki's theorem, by ascending index.
 
     Maekawa: mountains and valleys differ by two; a crease without direction counts as either. Kawasaki: alternate
     angles add up to half a turn. Marks are not folded and do not count.
     """
-    extent = max(max(c) - min(c) for c in zip(*pattern.vertices, strict=True))
-    around: dict[int, list[Crease]] = {}
+    extent = max(max(c) - min(c) for c in zip(*pattern.vertices_coords, strict=True))
+    around: dict[int, list[PatternCrease]] = {}
     for crease in creases_of(pattern):
         for v in crease.edge:
             around.setdefault(v, []).append(crease)
     outline = _outline(pattern)
-    found: list[LocalViolation] = []
+    found: list[VertexViolation] = []
     for v in sorted(set(around) - outline):
         folded = [crease for crease in around[v] if crease.folded]
         found.extend(_maekawa(pattern, v, folded))
-        found.extend(_kawasaki(pattern, v, folded, PLACE * extent))
+        found.extend(_kawasaki(pattern, v, folded, OFF * extent))
     return found
 
 
 def _outline(pattern: CreasePattern) -> set[int]:
     """The vertices of edges that do not lie between two faces."""
     inner = {crease.edge for crease in creases_of(pattern)}
-    return {v for edge in pattern.edges if edge not in inner for v in edge}
+    return {v for edge in pattern.edges_vertices if edge not in inner for v in edge}
 
 
-def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> Iterator[LocalViolation]:
+def _maekawa(
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease]
+) -> Iterator[VertexViolation]:
     mountains, valleys, free = (sum(c.assignment == assignment for c in folded) for assignment in "MVU")
     if not folded:
         return
     if len(folded) % 2:
-        yield LocalViolation(
+        yield VertexViolation(
             pattern.name(vertex), "Maekawa", f"An odd number of creases, {len(folded)}, meet here."
         )
     elif not any(abs(mountains + k - valleys - (free - k)) == 2 for k in range(free + 1)):
-        yield LocalViolation(
+        yield VertexViolation(
             pattern.name(vertex),
             "Maekawa",
             f"{mountains} mountains and {valleys} valleys meet here; they must differ by two.",
@@ -66,17 +68,17 @@ def _maekawa(pattern: CreasePattern, vertex: int, folded: Sequence[Crease]) -> I
 
 
 def _kawasaki(
-    pattern: CreasePattern, vertex: int, folded: Sequence[Crease], place: float
-) -> Iterator[LocalViolation]:
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease], off: float
+) -> Iterator[VertexViolation]:
     if not folded or len(folded) % 2:
         return
-    x, y = pattern.vertices[vertex]
-    ends = [pattern.vertices[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
+    x, y = pattern.vertices_coords[vertex]
+    ends = [pattern.vertices_coords[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
     angles = sorted(atan2(v - y, u - x) for u, v in ends)
     gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
     error = abs(sum(gaps[::2]) - pi)
-    if error > ANGLE + place / min(hypot(u - x, v - y) for u, v in ends):
-        yield LocalViolation(
+    if error > ANGLE + off / min(hypot(u - x, v - y) for u, v in ends):
+        yield VertexViolation(
             pattern.name(vertex),
             "Kawasaki",
             f"Alternate angles add up to {sum(gaps[::2]) * 180 / pi:.4g} and {sum(gaps[1::2]) * 180 / pi:.4g} degrees; "

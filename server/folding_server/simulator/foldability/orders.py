@@ -6,7 +6,7 @@ Orders known so far are kept as bit sets per face, so that transitivity through 
 from collections.abc import Iterator
 
 from folding_server.simulator.foldability.constraints import Conditions
-from folding_server.simulator.foldability.equations import ContradictionError, Pair, equations
+from folding_server.simulator.foldability.equations import ContradictionError, FacePair, equations
 
 Decision = tuple[int, bool]
 
@@ -65,7 +65,7 @@ class Orders:
                 self.under[y] &= ~(1 << x)
             self.value[number] = None
 
-    def lying(self) -> list[Pair]:
+    def lying(self) -> list[FacePair]:
         """The decided pairs, (lower, upper), sorted."""
         return sorted((x, y) for x, above in enumerate(self.over) for y in bits(above))
 
@@ -82,7 +82,7 @@ class Orders:
         found.discard(number)
         return {other for other in found if self.value[other] is None}
 
-    def _statements(self, number: int) -> list[Pair]:
+    def _statements(self, number: int) -> list[FacePair]:
         """The statements that a decided class makes, lower face first."""
         members = self.equations.members[number]
         return members if self.value[number] else [(y, x) for x, y in members]

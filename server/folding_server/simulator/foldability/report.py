@@ -6,10 +6,15 @@ from graphlib import CycleError, TopologicalSorter
 
 from folding_server.geometry.planar import crossing_edges
 from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.foldability.constraints import conditions, lettered
-from folding_server.simulator.foldability.equations import ContradictionError, Pair
-from folding_server.simulator.foldability.flat_faces import FOLDED, FlatFaces, creases_of, lay_flat
-from folding_server.simulator.foldability.local import LocalViolation, local_violations
+from folding_server.simulator.foldability.constraints import assigned_orders, conditions
+from folding_server.simulator.foldability.equations import ContradictionError, FacePair
+from folding_server.simulator.foldability.flat_faces import (
+    FOLDED_ASSIGNMENTS,
+    FlatFaces,
+    creases_of,
+    lay_flat,
+)
+from folding_server.simulator.foldability.local import VertexViolation, local_violations
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
 from folding_server.simulator.foldability.search import count_orders, first_order
@@ -37,10 +42,10 @@ class FoldabilityReport:
 
     foldable: bool
     reason: str
-    violations: tuple[LocalViolation, ...] = ()
+    violations: tuple[VertexViolation, ...] = ()
     states: int = 0
     capped: bool = False
-    lying: tuple[Pair, ...] = ()
+    lying: tuple[FacePair, ...] = ()
     stack: tuple[int, ...] | None = None
 
 
@@ -75,16 +80,16 @@ def check_paper(paper: Paper, cap: int = CAP) -> FoldabilityReport:
 
 def _not_a_pattern(pattern: CreasePattern) -> Iterator[str]:
     """Why a graph is no crease pattern of one sheet."""
-    if not pattern.edges or not pattern.cycles:
+    if not pattern.edges_vertices or not pattern.cycles:
         yield "The pattern has no face: its edges enclose nothing."
         return
-    crossing = crossing_edges(pattern.vertices, pattern.edges)
+    crossing = crossing_edges(pattern.vertices_coords, pattern.edges_vertices)
     if crossing:
-        first, second = (_edge_name(pattern, pattern.edges[i]) for i in crossing)
+        first, second = (_edge_name(pattern, pattern.edges_vertices[i]) for i in crossing)
         yield f"Edges {first} and {second} meet without a common vertex, so the pattern is not planar."
     joined = {crease.edge for crease in creases_of(pattern)}
-    for edge, assignment in zip(pattern.edges, pattern.edges_assignment, strict=True):
-        if assignment in FOLDED and edge not in joined:
+    for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
+        if assignment in FOLDED_ASSIGNMENTS and edge not in joined:
             yield f"Crease {_edge_name(pattern, edge)} ({assignment}) does not lie between two faces, so it cannot be folded."
 
 
@@ -136,17 +141,17 @@ def _layered(flat: FlatFaces, cap: int) -> FoldabilityReport:
     )
 
 
-def _stack(flat: FlatFaces, lying: Sequence[Pair]) -> tuple[int, ...] | None:
+def _stack(flat: FlatFaces, lying: Sequence[FacePair]) -> tuple[int, ...] | None:
     """All faces bottom to top, or None if the order goes in a circle.
 
-    Slivers too thin to overlap anything go where the letters of their creases put them, as far as that is possible.
+    Slivers too thin to overlap anything go where the assignments of their creases put them, as far as that is possible.
     """
     faces = range(len(flat.outlines))
-    stacked = _bottom_to_top(faces, [*lying, *lettered(flat)])
+    stacked = _bottom_to_top(faces, [*lying, *assigned_orders(flat)])
     return stacked or _bottom_to_top(faces, lying)
 
 
-def _bottom_to_top(faces: Iterable[int], pairs: Iterable[Pair]) -> tuple[int, ...] | None:
+def _bottom_to_top(faces: Iterable[int], pairs: Iterable[FacePair]) -> tuple[int, ...] | None:
     under: dict[int, set[int]] = {face: set() for face in faces}
     for lower, upper in pairs:
         under[upper].add(lower)

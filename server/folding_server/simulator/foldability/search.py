@@ -12,7 +12,7 @@ DEEPEST = 300
 
 
 @dataclass
-class Count:
+class CountBudget:
     """What counting may still cost; ``exact`` turns False where it was cut short."""
 
     cap: int
@@ -42,7 +42,7 @@ def count_orders(orders: Orders, cap: int) -> tuple[int, bool]:
     """
     if cap <= 1:
         return 1, bool(orders.open_classes())
-    count = Count(cap)
+    count = CountBudget(cap)
     found = _count(orders, orders.open_classes(), count, 0)
     return min(found, cap), not count.exact or found > cap
 
@@ -96,7 +96,7 @@ def _other_way(orders: Orders, part: list[int], choices: list[tuple[int, int]]) 
     return -1
 
 
-def _count(orders: Orders, classes: Iterable[int], count: Count, depth: int) -> int:
+def _count(orders: Orders, classes: Iterable[int], count: CountBudget, depth: int) -> int:
     """The number of ways to decide some open classes: the product over independent parts.
 
     Once the cap is reached the other parts are only asked whether they have an order at all.
@@ -109,7 +109,7 @@ def _count(orders: Orders, classes: Iterable[int], count: Count, depth: int) -> 
     return total
 
 
-def _branch(orders: Orders, part: list[int], whole: int, count: Count, depth: int) -> int:
+def _branch(orders: Orders, part: list[int], whole: int, count: CountBudget, depth: int) -> int:
     """The number of ways to decide the open classes of a part, by both values of the first.
 
     ``whole`` is how many there were when it was last split: it is split again when half of them are decided.

@@ -1,10 +1,10 @@
 """Validators of a folded sheet. They share no code with the folding functions: only the record's fields are read."""
 
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.validity.folding import (
+from folding_server.simulator.validity.folded_form import (
     agreement_violations,
+    assignment_violations,
     isometry_violations,
-    letter_violations,
     vertex_violations,
 )
 from folding_server.simulator.validity.layers import crossing_violations
@@ -35,7 +35,7 @@ def violations(paper: Paper) -> list[Violation]:
         return found
     return [
         *agreement_violations(sheet),
-        *letter_violations(sheet),
+        *assignment_violations(sheet),
         *vertex_violations(sheet),
         *crossing_violations(sheet),
     ]

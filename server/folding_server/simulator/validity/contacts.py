@@ -4,22 +4,16 @@ Lengths in one unit; everything is shrunk by a tolerance, so that what reaches i
 touch it, and points that nearly coincide need not be merged.
 """
 
-from typing import Any
-
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Geometries = NDArray[Any]
+from folding_server.arrays import Bools, Floats, Geometries, Indices, Ints
 
 PARALLEL = 0.02
 """Largest angle, in radians, between two edges that lie along one line."""
 SHARED = 4.0
 """How many tolerances two edges must run along each other to count."""
-FAR = 1e3
+STRIP_HALF_WIDTH = 1e3
 """Half the width of a strip across an edge: more than any sheet measures."""
 
 
@@ -28,14 +22,14 @@ def shrunk(outlines: Geometries, distance: float) -> Geometries:
     return np.asarray(shapely.buffer(outlines, -distance, join_style="mitre"))
 
 
-def overlapping(outlines: Geometries, tolerance: float) -> Ints:
+def overlapping(outlines: Geometries, tolerance: float) -> Indices:
     """(2, k): the pairs i < j of faces that overlap by more than the tolerance."""
     cores = shrunk(outlines, tolerance / 2)
     pairs = shapely.STRtree(cores).query(cores, predicate="intersects")
     return pairs[:, pairs[0] < pairs[1]]
 
 
-def through(segments: Floats, outlines: Geometries, tolerance: float) -> Ints:
+def through(segments: Floats, outlines: Geometries, tolerance: float) -> Indices:
     """(2, k): edge i runs through the inside of face j for more than the tolerance."""
     cores = shrunk(outlines, tolerance)
     lines = np.asarray(shapely.linestrings(segments))
@@ -44,7 +38,7 @@ def through(segments: Floats, outlines: Geometries, tolerance: float) -> Ints:
     return np.stack([edge[long], face[long]])
 
 
-def along(segments: Floats, tolerance: float) -> tuple[Ints, NDArray[np.int_]]:
+def along(segments: Floats, tolerance: float) -> tuple[Indices, Ints]:
     """(2, k) pairs i < j of edges that run along each other, and (k,) 1 if they point the same way, else -1.
 
     The shorter lies within the tolerance of the longer's line and is parallel to it; edges so short that the tolerance
@@ -80,7 +74,7 @@ def common_stretch(first: Floats, second: Floats) -> Floats:
 
 def meet_across(outlines: Geometries, stretch: Floats, tolerance: float) -> bool:
     """Whether convex faces have a part in common, thicker than the tolerance, straight across from a stretch (2, 2)."""
-    strip = shapely.buffer(shapely.LineString(stretch), FAR, cap_style="flat")
+    strip = shapely.buffer(shapely.LineString(stretch), STRIP_HALF_WIDTH, cap_style="flat")
     common = shapely.intersection_all([strip, *outlines])
     return not bool(shapely.is_empty(shapely.buffer(common, -tolerance / 2, join_style="mitre")))
 

@@ -8,12 +8,11 @@ the way, however thick it is elsewhere.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from folding_server.arrays import Bools, Floats, Geometries, Indices
 from folding_server.simulator.validity.contacts import (
     along,
     common_stretch,
@@ -21,19 +20,16 @@ from folding_server.simulator.validity.contacts import (
     overlapping,
     through,
 )
-from folding_server.simulator.validity.measures import SLACK, EdgeKey, Floats, Measured
+from folding_server.simulator.validity.measures import SLACK, EdgeKey, Measured
 from folding_server.simulator.validity.violation import Kind, Violation, listed
 
 FINER = (2e-4, 1e-4)
 """Slacks down to the simulator's tolerance. Edges that lie apart by less than one and more than the next count as one
 line for the first only; a crossing is real if it is one either way."""
 
-Bools = NDArray[np.bool_]
-Ints = NDArray[np.intp]
-
 
 @dataclass(frozen=True)
-class Stack:
+class LayerStack:
     """The faces as arrays over their index ``0..n-1`` in ``faces``, and the inner edges as arrays over theirs.
 
     ``beside`` (m, 2) holds the indices of the two faces of an inner edge, ``segments`` (m, 2, 2) where the edge lies
@@ -43,9 +39,9 @@ class Stack:
 
     faces: Sequence[int]
     edges: Sequence[EdgeKey]
-    rank: Ints
-    outlines: NDArray[Any]
-    beside: Ints
+    rank: Indices
+    outlines: Geometries
+    beside: Indices
     segments: Floats
     side: Floats
     turned: Bools
@@ -68,7 +64,7 @@ class Stack:
         return common_stretch(self.segments[i], self.segments[j])
 
 
-def stack_of(sheet: Measured, slack: float) -> Stack:
+def layer_stack(sheet: Measured, slack: float) -> LayerStack:
     """The arrays of a measured paper."""
     faces = list(sheet.paper.faces)
     index = {face: i for i, face in enumerate(faces)}
@@ -77,7 +73,7 @@ def stack_of(sheet: Measured, slack: float) -> Stack:
     centers = np.array([sheet.folded[face].mean(axis=0) for face in faces])
     run, arm = own[:, :, 1] - own[:, :, 0], centers[beside] - own[:, :, 0]
     side = np.sign(run[..., 0] * arm[..., 1] - run[..., 1] * arm[..., 0])
-    return Stack(
+    return LayerStack(
         faces,
         sheet.inner,
         np.array([sheet.rank[face] for face in faces]),
@@ -97,20 +93,20 @@ def crossing_violations(sheet: Measured) -> list[Violation]:
     """
     if not sheet.inner:
         return []
-    found = _crossings(stack_of(sheet, SLACK))
+    found = _crossings(layer_stack(sheet, SLACK))
     for slack in FINER:
         if found:
-            finer = {(v.kind, v.faces) for v in _crossings(stack_of(sheet, slack))}
+            finer = {(v.kind, v.faces) for v in _crossings(layer_stack(sheet, slack))}
             found = [v for v in found if (v.kind, v.faces) in finer]
     return found
 
 
-def _crossings(stack: Stack) -> list[Violation]:
+def _crossings(stack: LayerStack) -> list[Violation]:
     """Every crossing of layers at one slack."""
     return [*_through_faces(stack), *_along_creases(stack)]
 
 
-def _through_faces(stack: Stack) -> Iterator[Violation]:
+def _through_faces(stack: LayerStack) -> Iterator[Violation]:
     """Edges that run through the inside of a face: a fold must not enclose it, flat neighbours lie on one side."""
     edge, face = through(stack.segments, stack.outlines, stack.slack)
     first, second = stack.beside[edge].T
@@ -128,7 +124,7 @@ def _through_faces(stack: Stack) -> Iterator[Violation]:
         yield Violation(kind, detail, found, ((u, v),))
 
 
-def _has_room(stack: Stack, edge: int, face: int) -> bool:
+def _has_room(stack: LayerStack, edge: int, face: int) -> bool:
     """Whether both faces of an edge overlap a face where the edge runs through it: on one side if folded, else on each."""
     first, second = stack.beside[edge]
     inside = shapely.intersection(shapely.LineString(stack.segments[edge]), stack.outlines[face])
@@ -138,7 +134,7 @@ def _has_room(stack: Stack, edge: int, face: int) -> bool:
     return stack.meet((first, face), stretch) and stack.meet((second, face), stretch)
 
 
-def _along_creases(stack: Stack) -> Iterator[Violation]:
+def _along_creases(stack: LayerStack) -> Iterator[Violation]:
     """Pairs of inner edges that lie along one line: their four faces must not interleave."""
     pairs, ways = along(stack.segments, stack.slack)
     for (i, j), way in zip(pairs.T, ways, strict=True):
@@ -151,7 +147,7 @@ def _along_creases(stack: Stack) -> Iterator[Violation]:
 
 
 def _crossing(
-    stack: Stack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str
+    stack: LayerStack, kind: Kind, faces: tuple[int, ...], edges: tuple[int, ...], what: str
 ) -> Violation:
     ids = tuple(stack.faces[f] for f in faces)
     names = tuple(stack.edges[e] for e in edges)
@@ -159,7 +155,7 @@ def _crossing(
     return Violation(kind, f"Faces {listed(ids)} {what} along edges {where}.", ids, names)
 
 
-def _taco_taco(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
+def _taco_taco(stack: LayerStack, i: int, j: int, way: int) -> Iterator[Violation]:
     """Two folds on one side of a line: nested or apart, never interleaved."""
     if stack.side[i, 0] != stack.side[j, 0] * way:
         return
@@ -172,7 +168,7 @@ def _taco_taco(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
         yield _crossing(stack, "taco-taco", (a, b, c, d), (i, j), "interleave")
 
 
-def _taco_tortilla(stack: Stack, fold: int, flat: int, way: int) -> Iterator[Violation]:
+def _taco_tortilla(stack: LayerStack, fold: int, flat: int, way: int) -> Iterator[Violation]:
     """A fold and a flat pair along one line: the face of the pair on the fold's side is not inside the fold.
 
     A pair whose other face is thinner than the slack does not reach across the line.
@@ -186,7 +182,7 @@ def _taco_tortilla(stack: Stack, fold: int, flat: int, way: int) -> Iterator[Vio
             yield _crossing(stack, "taco-tortilla", (a, b, c), (fold, flat), "cross")
 
 
-def _tortilla_tortilla(stack: Stack, i: int, j: int, way: int) -> Iterator[Violation]:
+def _tortilla_tortilla(stack: LayerStack, i: int, j: int, way: int) -> Iterator[Violation]:
     """Two flat pairs along one line: one pair is above the other on both sides of it."""
     a, b = stack.beside[i]
     c, d = stack.beside[j] if stack.side[i, 0] == stack.side[j, 0] * way else stack.beside[j][::-1]

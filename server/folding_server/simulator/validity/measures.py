@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from folding_server.arrays import Floats
 from folding_server.simulator.paper import Paper
 
-Floats = NDArray[np.float64]
 EdgeKey = tuple[int, int]
 
 EXACT = 1e-9
@@ -72,7 +71,7 @@ class Measured:
 def measure(paper: Paper) -> Measured:
     """The arrays of a paper whose record is sound (see ``sheet.record_violations``)."""
     flat = {f: np.array([paper.vertices_coords[v] for v in cycle], float) for f, cycle in paper.faces.items()}
-    folded = {f: carried(flat[f], tuple(paper.isometries[f])) for f in paper.faces}
+    folded = {f: moved_points(flat[f], tuple(paper.isometries[f])) for f in paper.faces}
     mirrored = {f: determinant(tuple(paper.isometries[f])) < 0 for f in paper.faces}
     return Measured(paper, flat, folded, mirrored, beside_edges(paper.faces))
 
@@ -86,7 +85,7 @@ def beside_edges(faces: Mapping[int, tuple[int, ...]]) -> dict[EdgeKey, tuple[in
     return {edge: tuple(found) for edge, found in beside.items()}
 
 
-def carried(points: Floats, motion: tuple[float, ...]) -> Floats:
+def moved_points(points: Floats, motion: tuple[float, ...]) -> Floats:
     """Points (n, 2) after (x, y) -> (a x + b y + e, c x + d y + f)."""
     a, b, c, d, e, f = motion
     moved: Floats = points @ np.array([[a, c], [b, d]]) + np.array([e, f])

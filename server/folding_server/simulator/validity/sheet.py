@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 
+from folding_server.arrays import Floats
 from folding_server.simulator.paper import Paper
-from folding_server.simulator.validity.measures import EXACT, EdgeKey, Floats, Measured, signed_area
+from folding_server.simulator.validity.measures import EXACT, EdgeKey, Measured, signed_area
 from folding_server.simulator.validity.violation import Violation, listed
 
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import atan2, cos, degrees, exp, hypot, radians, sin
+from math import cos, exp, radians, sin
 
 import numpy as np
 
-from folding_server.arrays import Floats, Image
-from folding_server.geometry.isometry import Isometry
+from folding_server.arrays import Image
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.vision.fitting.scene import FaceStack, Scene, soft
 from folding_server.vision.labels import LabelImage
 
@@ -18,9 +18,9 @@ Vector = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Aligned:
-    """A motion (a similarity as six numbers) and the agreement it gives, 0 to 1."""
+    """A motion of the sheet in the table plane and the agreement it gives, 0 to 1."""
 
-    motion: Isometry
+    motion: Similarity
     agreement: float
 
 
@@ -41,41 +41,17 @@ SCALES = (0.8, 1.25)
 """How much smaller or larger than in frame 1 the sheet may look: a hand-held camera moves a little."""
 
 
-def scale_of(motion: Isometry) -> float:
-    """The scale of a similarity."""
-    return hypot(motion.a, motion.b)
-
-
-def carried(points: Floats, motion: Isometry) -> Floats:
-    """Where a motion takes points (..., 2)."""
-    a, b, c, d, e, f = motion
-    return np.asarray(points @ np.array([[a, c], [b, d]]) + (e, f))
-
-
-def inverse_of(motion: Isometry) -> Isometry:
-    """The inverse of a similarity."""
-    a, b, c, d, e, f = motion
-    det = a * d - b * c
-    return Isometry(d / det, -b / det, -c / det, a / det, (b * f - d * e) / det, (c * e - a * f) / det)
-
-
-def turned_between(first: Isometry, second: Isometry) -> float:
-    """The angle between two similarities in degrees, 0 to 180."""
-    turn = atan2(second.b, second.a) - atan2(first.b, first.a)
-    return abs(degrees(atan2(sin(turn), cos(turn))))
-
-
-def nudged(motion: Isometry, pivot: Point, nudge: Vector) -> Isometry:
+def nudged(motion: Similarity, pivot: Point, nudge: Vector) -> Similarity:
     """A motion followed by a shift (dx, dy), a clockwise turn in degrees and a scaling (log) about a moved pivot.
 
     The scale of the whole stays within SCALES, however large the nudge.
     """
     dx, dy, degrees, log_scale = nudge
     x, y = motion(pivot)
-    now = scale_of(motion)
+    now = motion.scale
     s = min(max(now * exp(log_scale), SCALES[0]), SCALES[1]) / now
     c, n = s * cos(radians(degrees)), s * sin(radians(degrees))
-    return Isometry(c, n, -n, c, x + dx - c * x - n * y, y + dy + n * x - c * y).after(motion)
+    return Similarity(c, n, -n, c, x + dx - c * x - n * y, y + dy + n * x - c * y).after(motion)
 
 
 def climb(
@@ -167,7 +143,7 @@ def _slope(
     return np.asarray(((up - down) * (0.5 * weight)).ravel())
 
 
-def align(stack: FaceStack, scene: Scene, start: Isometry, freedom: Freedom) -> Aligned:
+def align(stack: FaceStack, scene: Scene, start: Similarity, freedom: Freedom) -> Aligned:
     """The motion near ``start`` under which a stack explains the scene best."""
     pivot = stack.center
 

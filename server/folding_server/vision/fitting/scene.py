@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Image, Indices, Mask
-from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
@@ -77,7 +77,7 @@ class Scene:
         object.__setattr__(self, "known", self.labels != UNKNOWN)
         object.__setattr__(self, "paper", is_paper(self.labels))
 
-    def draw(self, stack: FaceStack, motion: Isometry) -> LabelImage:
+    def draw(self, stack: FaceStack, motion: Similarity) -> LabelImage:
         """What a stack would look like here, in the classes that the photo can tell apart."""
         drawn = draw_labels(stack.outlines, stack.backs, self.grid, motion)
         return drawn if self.two_coloured else as_one_colour(drawn)
@@ -88,7 +88,7 @@ class Scene:
         wrong = int(np.count_nonzero((drawn != self.labels) & self.known))
         return max(0.0, 1.0 - wrong / max(either, 1))
 
-    def agreement(self, stack: FaceStack, motion: Isometry) -> float:
+    def agreement(self, stack: FaceStack, motion: Similarity) -> float:
         """How well a stack under a motion explains the photo, 0 to 1."""
         return self.agreement_of(self.draw(stack, motion))
 

@@ -71,7 +71,7 @@ def oriented(line: Line, like: Line) -> Line:
     """A line with its normal on the side of another's."""
     if line.nx * like.nx + line.ny * like.ny > 0:
         return line
-    return Line(-line.nx, -line.ny, -line.offset)
+    return line.opposite()
 
 
 def _on(line: Line, along: float) -> Point:

@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Floats, Image, Mask
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.state_diff import origins
 from folding_server.vision.borders import Borders, value_of, visible_borders
-from folding_server.vision.fitting.alignment import inverse_of
 from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.faint_lines import FaintLines, averages
@@ -48,9 +47,9 @@ class Differences:
 
     paper: Paper
     before: Scene
-    then: Isometry
+    then: Similarity
     after: Scene
-    now: Isometry
+    now: Similarity
 
     @cached_property
     def trace(self) -> Image:
@@ -129,7 +128,7 @@ class Differences:
 
     def _pixels_then(self) -> Floats:
         """The map from pixels of the later photo to those of the earlier, (3, 3)."""
-        still = np.array(self.then.rows) @ np.array(inverse_of(self.now).rows)
+        still = np.array(self.then.rows) @ np.array(self.now.inverse().rows)
         return np.asarray(self.before.grid.matrix() @ still @ np.linalg.inv(self.after.grid.matrix()))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.arrays import Floats, Image, Mask
-from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.vision.fitting.alignment import nudged
 from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
@@ -68,8 +68,8 @@ HANDHELD_DRIFT = DriftRange(turn=16, turn_step=2, shift=0.25, stride=2, scales=(
 
 
 def drifts(
-    stack: FaceStack, scene: Scene, last: Isometry, reach: DriftRange = DriftRange(), keep: int = 2
-) -> list[Isometry]:
+    stack: FaceStack, scene: Scene, last: Similarity, reach: DriftRange = DriftRange(), keep: int = 2
+) -> list[Similarity]:
     """Motions near ``last`` under which a stack has the most edges in common with a photo, best first.
 
     Several that differ for each scale: edges that meet in one corner fit at any scale, and what was folded decides.

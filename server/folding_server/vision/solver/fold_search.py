@@ -10,10 +10,10 @@ from itertools import islice
 
 import numpy as np
 
-from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished, scale_of
+from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished
 from folding_server.vision.fitting.scene import Scene, Views, face_stack
 from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.constructions import constructions
@@ -75,7 +75,7 @@ class FoldFound:
     """A fold that explains a scene under a motion with some agreement; ``exact`` if its line was constructed."""
 
     moving: MovingSet
-    motion: Isometry
+    motion: Similarity
     agreement: float
     exact: bool = False
 
@@ -94,7 +94,7 @@ class FoldSearch:
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
         self.points: list[Point] = [(x, y) for x, y in distinct_points(paper).tolist()]
-        self._before: dict[tuple[bool, Isometry], LabelImage] = {}
+        self._before: dict[tuple[bool, Similarity], LabelImage] = {}
 
     @property
     def calm(self) -> bool:
@@ -109,7 +109,7 @@ class FoldSearch:
         snapped = [s for f in _different(_best_first(polished)) for s in self.snapped(f)]
         return _best_first(snapped)
 
-    def _worth(self, scene: Scene, after: LabelImage, motion: Isometry) -> float:
+    def _worth(self, scene: Scene, after: LabelImage, motion: Similarity) -> float:
         """The agreement of a drawing or, looking for a part of the change, what it puts right less what it spoils."""
         if not self.effort.partial:
             return scene.agreement_of(after) - self._zoom_cost(motion)
@@ -118,15 +118,15 @@ class FoldSearch:
         wrong = int(np.count_nonzero(changed & (after != scene.labels)))
         return (right - SPOILT * wrong) / max(1, int(np.count_nonzero(scene.paper)))
 
-    def _looks(self, moving: MovingSet, motion: Isometry) -> float:
+    def _looks(self, moving: MovingSet, motion: Similarity) -> float:
         """What a fold as it stands is worth on the fine view."""
         return self._worth(self.fine, self.fine.draw(self.leaves.folded(moving), motion), motion)
 
-    def _zoom_cost(self, motion: Isometry) -> float:
+    def _zoom_cost(self, motion: Similarity) -> float:
         """What it costs that the sheet looks larger or smaller under a motion than it did before."""
-        return zoom_cost(scale_of(motion) / self.scale, self.handheld)
+        return zoom_cost(motion.scale / self.scale, self.handheld)
 
-    def _drawn_before(self, scene: Scene, motion: Isometry) -> LabelImage:
+    def _drawn_before(self, scene: Scene, motion: Similarity) -> LabelImage:
         """The paper as it was, under a motion."""
         key = (scene is self.fine, motion)
         if key not in self._before:

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Floats, Image, Mask
-from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.vision.fitting.alignment import nudged
 from folding_server.vision.fitting.scene import FaceStack, Scene, spread_over
 from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
@@ -36,7 +36,7 @@ class Border:
     normals: Floats
 
 
-def held(stack: FaceStack, scene: Scene, motion: Isometry) -> Isometry:
+def held(stack: FaceStack, scene: Scene, motion: Similarity) -> Similarity:
     """``motion`` moved so that the borders of a stack which the photo still shows lie on it; scale unchanged."""
     seen = list(_maps(scene.labels, scene.known))
     for reach in SEARCH_LENGTHS:

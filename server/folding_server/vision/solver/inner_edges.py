@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Image, Mask
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.fitting.scene import Scene
@@ -41,7 +41,7 @@ class InnerLines:
         return self.missing + self.extra
 
 
-def inner_edge_agreement(paper: Paper, scene: Scene, motion: Isometry) -> InnerLines:
+def inner_edge_agreement(paper: Paper, scene: Scene, motion: Similarity) -> InnerLines:
     """How the layer borders of a paper under a motion agree with the lines that a photo shows inside it."""
     if scene.edges is None:
         return InnerLines(0.0, 0.0)
@@ -56,7 +56,7 @@ def inner_edge_agreement(paper: Paper, scene: Scene, motion: Isometry) -> InnerL
     )
 
 
-def sight(paper: Paper, scene: Scene, motion: Isometry) -> float:
+def sight(paper: Paper, scene: Scene, motion: Similarity) -> float:
     """The chance that the border of a layer shows in a sequence, 0 to 1, judged by a photo whose state is known."""
     if scene.edges is None:
         return 1.0
@@ -65,7 +65,7 @@ def sight(paper: Paper, scene: Scene, motion: Isometry) -> float:
     return (length * _shown(seen, judged) + HALF_LENGTH * USUAL_SIGHT) / (length + HALF_LENGTH)
 
 
-def _lines(paper: Paper, scene: Scene, motion: Isometry) -> tuple[Image, Mask, Mask]:
+def _lines(paper: Paper, scene: Scene, motion: Similarity) -> tuple[Image, Mask, Mask]:
     """How strongly lines are seen, 0 to 1; where predicted layer borders can be judged; and what lies near any."""
     edges = np.zeros_like(scene.labels, np.float32) if scene.edges is None else scene.edges
     predicted = visible_borders(paper, scene.grid, motion)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 from folding_schemas.actions import Actions
 
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, nudged, polished, scale_of
+from folding_server.vision.fitting.alignment import Vector, nudged, polished
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.creases import handles_of, shifted
@@ -53,7 +53,7 @@ class TwoFolds:
         return first, replace(second, agreement=after)
 
     def _value(self, x: Vector) -> float:
-        scale = scale_of(self._motion(x)) / scale_of(self.first.found.motion)
+        scale = self._motion(x).scale / self.first.found.motion.scale
         return self.views.fine.agreement_of(self._drawn(x)) - zoom_cost(scale, self.views.handheld)
 
     def _drawn(self, x: Vector) -> LabelImage:
@@ -82,5 +82,5 @@ class TwoFolds:
             later, moving=turned, motion=motion
         )
 
-    def _motion(self, x: Vector) -> Isometry:
+    def _motion(self, x: Vector) -> Similarity:
         return nudged(self.second.motion, self._center, x[4:])

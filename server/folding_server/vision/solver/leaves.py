@@ -94,7 +94,7 @@ class Leaves:
     def folded(self, moving: MovingSet) -> FaceStack:
         """What the stack looks like after a fold."""
         line = moving.line
-        away, reflection = Line(-line.nx, -line.ny, -line.offset), mirror(line)
+        away, reflection = line.opposite(), mirror(line)
         outlines: list[list[Point]] = []
         backs: list[bool] = []
         turned: list[list[Point]] = []

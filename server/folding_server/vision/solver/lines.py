@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.arrays import Bools, Floats, Mask
-from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Line, Point
+from folding_server.geometry.point_batch import transformed
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import carried, inverse_of
 from folding_server.vision.fitting.scene import Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, LabelImage, is_paper
 from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
@@ -195,7 +195,7 @@ class ChangedPoints:
     turned: Floats
     before: LabelImage
     scene: Scene
-    motion: Isometry
+    motion: Similarity
 
     @property
     def shows(self) -> bool:
@@ -230,7 +230,7 @@ class ChangedPoints:
 
     def _look(self, labels: LabelImage, points: Floats) -> LabelImage:
         """The label under each point of the paper's plane; background outside the picture."""
-        return self.scene.grid.under(carried(points, self.motion), labels)
+        return self.scene.grid.under(transformed(points, self.motion), labels)
 
 
 _ENOUGH = 8
@@ -246,11 +246,11 @@ def _mirrored(lines: Lines, points: Floats) -> tuple[Floats, Floats]:
     return side, points[None] - 2 * side[..., None] * lines[:, None, :2]
 
 
-def changed_points(before: LabelImage, scene: Scene, motion: Isometry) -> ChangedPoints:
+def changed_points(before: LabelImage, scene: Scene, motion: Similarity) -> ChangedPoints:
     """What changed from a drawing under ``motion`` to the photo; thin rims of misalignment do not count."""
     was, now = before != BACKGROUND, scene.paper
     known = scene.known & (scene.labels != UNKNOWN)
-    back = inverse_of(motion)
+    back = motion.inverse()
     gone, came, turned = (
         _points(_opened(mask), scene, back)
         for mask in (was & ~now & known, now & ~was, was & now & (before != scene.labels))
@@ -264,7 +264,7 @@ def _opened(mask: Mask) -> Mask:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)
 
 
-def _points(mask: Mask, scene: Scene, back: Isometry) -> Floats:
+def _points(mask: Mask, scene: Scene, back: Similarity) -> Floats:
     """Up to some hundred points spread over a mask, in the paper's plane (n, 2)."""
     rows, cols = spread_over(mask, _POINTS)
-    return carried(scene.grid.to_plane(np.stack([cols, rows], axis=1)), back)
+    return transformed(scene.grid.to_plane(np.stack([cols, rows], axis=1)), back)

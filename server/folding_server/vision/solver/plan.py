@@ -7,7 +7,7 @@ from math import log
 from folding_schemas.actions import Action
 from folding_schemas.results import ActionClass
 
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 
 COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
@@ -56,7 +56,7 @@ class Plan:
     actions: tuple[Action, ...]
     action_class: ActionClass
     paper: Paper
-    motion: Isometry
+    motion: Similarity
     agreement: float
     explanation: str
     zoom: float = 0.0

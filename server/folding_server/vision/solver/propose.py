@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Floats
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Scene, Views, face_stack
@@ -91,7 +91,7 @@ def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan,
     return tuple(_distinct(plans))
 
 
-def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Isometry, Views]:
+def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Similarity, Views]:
     """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
     before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
     found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion

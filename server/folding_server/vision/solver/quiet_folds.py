@@ -11,10 +11,12 @@ import numpy as np
 from folding_schemas.actions import Actions
 
 from folding_server.geometry.convex import clip
-from folding_server.geometry.isometry import Isometry, mirror
+from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, line_through
+from folding_server.geometry.point_batch import transformed
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, carried, climb, inverse_of
+from folding_server.vision.fitting.alignment import Vector, climb
 from folding_server.vision.fitting.scene import Scene, Views, face_stack
 from folding_server.vision.raster import draw_touched
 from folding_server.vision.solver.creases import handles_of, shifted
@@ -62,7 +64,7 @@ TRACELESS_COST = 0.2
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
-def quiet_folds(paper: Paper, motion: Isometry, views: Views, last: Isometry) -> "QuietFolds | None":
+def quiet_folds(paper: Paper, motion: Similarity, views: Views, last: Similarity) -> "QuietFolds | None":
     """The search for folds within one colour. What has not moved lies under ``motion`` and lay under ``last``. None if the
     photos cannot be looked at closely.
     """
@@ -175,7 +177,7 @@ class QuietFolds:
         steps = np.arange(-FARTHEST_LINE, FARTHEST_LINE, SPACING)
         feet = across * (lines[:, 2] - across @ MIDDLE)[:, None] + MIDDLE
         points = feet[:, None] + along[:, None] * steps[:, None]
-        shown = self.scene.grid.under(carried(points, self.motion), self.seen.shown)
+        shown = self.scene.grid.under(transformed(points, self.motion), self.seen.shown)
         return np.asarray(lines[shown.sum(axis=1) * SPACING >= LEAST_CREASE])
 
     @cached_property
@@ -200,7 +202,7 @@ class QuietFolds:
         )
         if found is None:
             return np.empty((0, 3))
-        ends = carried(self.scene.grid.to_plane(found.reshape(-1, 2, 2)), inverse_of(self.motion))
+        ends = transformed(self.scene.grid.to_plane(found.reshape(-1, 2, 2)), self.motion.inverse())
         lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         longest = ends[np.argsort(-lengths, kind="stable")[:MOST_TRACED]]
         return np.array([line_through(tuple(p), tuple(q)) for p, q in longest.tolist()])

@@ -8,10 +8,11 @@ from math import dist
 from folding_schemas.actions import Actions, AddVertex, Direction, Fold
 
 from folding_server.errors import ActionRefused
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Line, Point, between, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator import apply
-from folding_server.simulator.paper import Edge, Paper
+from folding_server.simulator.paper import Paper
 from folding_server.simulator.state_diff import turned_faces
 from folding_server.vision.solver.leaves import NEAR_LINE, Leaves, MovingSet
 

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from math import dist
 
-from folding_server.geometry.isometry import IDENTITY, Isometry
+from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Point
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
 from folding_server.vision.fitting.scene import Scene, Views, face_stack
@@ -30,19 +31,19 @@ def locate(paper: Paper, scene: Scene) -> Aligned:
 
 
 def likely_motions(
-    paper: Paper, last: Isometry, views: Views, ranges: Sequence[DriftRange] = (DriftRange(),)
-) -> list[Isometry]:
+    paper: Paper, last: Similarity, views: Views, ranges: Sequence[DriftRange] = (DriftRange(),)
+) -> list[Similarity]:
     """Motions under which what has not moved may be found: near the last, and with the most edges in common."""
     stack = face_stack(paper)
     found = [last, *(motion for reach in ranges for motion in drifts(stack, views.coarse, last, reach))]
-    kept: list[Isometry] = []
+    kept: list[Similarity] = []
     for motion in [*(held(stack, views.fine, m) for m in found), last]:
         if all(_apart(motion, other, stack.center) > SAME_DRIFT for other in kept):
             kept.append(motion)
     return kept
 
 
-def _apart(first: Isometry, second: Isometry, center: Point) -> float:
+def _apart(first: Similarity, second: Similarity, center: Point) -> float:
     """How far apart two motions put the middle of the paper and points half a sheet beside it, at most."""
     x, y = center
     return max(dist(first(p), second(p)) for p in (center, (x + 0.5, y), (x, y + 0.5)))

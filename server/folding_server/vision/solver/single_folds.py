@@ -5,9 +5,8 @@ from collections.abc import Iterator, Sequence
 from folding_schemas.actions import Actions
 from folding_schemas.results import ActionClass
 
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import scale_of
 from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
@@ -33,13 +32,13 @@ MOST_LANDMARK_LINES, MOST_SETTLED = 80, 6
 """Folds along landmarks compared by their inner lines, and measured in full, when only those changed."""
 
 
-def fold_search(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> FoldSearch:
+def fold_search(paper: Paper, motions: Sequence[Similarity], views: Views, effort: Effort) -> FoldSearch:
     """The search for a fold after what changed under each of the motions; the first is the likeliest."""
     changed = _changes(face_stack(paper), motions, views)
-    return FoldSearch(paper, views, changed, effort, scale_of(motions[0]))
+    return FoldSearch(paper, views, changed, effort, motions[0].scale)
 
 
-def _changes(drawn: FaceStack, motions: Sequence[Isometry], views: Views) -> list[ChangedPoints]:
+def _changes(drawn: FaceStack, motions: Sequence[Similarity], views: Views) -> list[ChangedPoints]:
     """What changed on the coarse view. Motions under which that shows nothing are looked at on the fine one, and then
     they alone: the tip of a flap is small.
     """
@@ -47,7 +46,7 @@ def _changes(drawn: FaceStack, motions: Sequence[Isometry], views: Views) -> lis
     return [changed_points(views.fine.draw(drawn, m), views.fine, m) for m in _calm(coarse)] or coarse
 
 
-def _calm(changed: Sequence[ChangedPoints]) -> list[Isometry]:
+def _calm(changed: Sequence[ChangedPoints]) -> list[Similarity]:
     """The motions under which nothing changed, of those that put the paper where it is."""
     agreements = [change.scene.agreement_of(change.before) for change in changed]
     least = max(agreements, default=0.0) - MISPLACED
@@ -55,7 +54,7 @@ def _calm(changed: Sequence[ChangedPoints]) -> list[Isometry]:
 
 
 def as_plans(
-    found: Sequence[FoldFound], paper: Paper, views: Views, last: Isometry, before: Actions = ()
+    found: Sequence[FoldFound], paper: Paper, views: Views, last: Similarity, before: Actions = ()
 ) -> Iterator[Plan]:
     """Found folds as plans, measured on the fine view."""
     for fold in found:
@@ -63,7 +62,7 @@ def as_plans(
             yield measured(plan, views, last)
 
 
-def line_plans(paper: Paper, motion: Isometry, views: Views) -> Iterator[Plan]:
+def line_plans(paper: Paper, motion: Similarity, views: Views) -> Iterator[Plan]:
     """Folds along landmarks, for photos that show a change by the lines inside the paper only."""
     leaves = Leaves(paper)
     found = [

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from folding_server.arrays import Bools, Floats
-from folding_server.geometry.isometry import Isometry, turn
+from folding_server.geometry.isometry import turn
 from folding_server.geometry.line import Point
+from folding_server.geometry.point_batch import transformed
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import carried, inverse_of
 from folding_server.vision.fitting.scene import spread_over
 from folding_server.vision.motion import ObservedMovement
 
@@ -47,7 +48,7 @@ class WatchedPlaces:
     bare: Bools
 
 
-def watched_places(movement: ObservedMovement, last: Isometry) -> WatchedPlaces:
+def watched_places(movement: ObservedMovement, last: Similarity) -> WatchedPlaces:
     """The visible paper of the photo before, in the plane of its state, which lay there under the motion ``last``."""
     spots = spread_over(movement.watched > 0, _POINTS)
     plane = movement.before.grid.to_plane(np.stack([spots[1], spots[0]], axis=1))
@@ -55,7 +56,7 @@ def watched_places(movement: ObservedMovement, last: Isometry) -> WatchedPlaces:
         np.asarray(share[spots] > 0) for share in (movement.moved, movement.turned, movement.bared)
     )
     often = movement.watched[spots] >= max(FEWEST_LOOKS, movement.images - 1)
-    return WatchedPlaces(carried(plane, inverse_of(last)), changed, ~changed & often, turned, bare)
+    return WatchedPlaces(transformed(plane, last.inverse()), changed, ~changed & often, turned, bare)
 
 
 def contradiction(before: Paper, after: Paper, seen: WatchedPlaces) -> float:
@@ -94,7 +95,7 @@ class _Layer:
 
 def _layer(before: Paper, after: Paper, face: int, places: Floats) -> _Layer:
     here = _inside(before.polygon(face), places)
-    sheet = np.where(here[:, None], carried(places, before.isometries[face].inverse()), NOWHERE)
+    sheet = np.where(here[:, None], transformed(places, before.isometries[face].inverse()), NOWHERE)
     there, back = _now_at(after, sheet)
     turns = here & (back != before.back_up(face))
     return _Layer(here, sheet, turns | (here & (np.linalg.norm(there - places, axis=1) > MOVED)), turns)
@@ -120,7 +121,7 @@ def _turning(before: Paper, after: Paper, places: Floats) -> list[Bools]:
         return [_covered(before, places)]
     (x, y) = np.linalg.solve([[1 - whole.a, -whole.b], [-whole.c, 1 - whole.d]], [whole.e, whole.f])
     return [
-        _covered(before, carried(places, turn(-degrees * eighth / 8, (float(x), float(y)))))
+        _covered(before, transformed(places, turn(-degrees * eighth / 8, (float(x), float(y)))))
         for eighth in range(9)
     ]
 
@@ -134,7 +135,7 @@ def _on_top(paper: Paper, places: Floats) -> Floats:
     sheet = np.full_like(places, NOWHERE)
     for face in paper.order:
         inside = _inside(paper.polygon(face), places)
-        sheet[inside] = carried(places[inside], paper.isometries[face].inverse())
+        sheet[inside] = transformed(places[inside], paper.isometries[face].inverse())
     return sheet
 
 
@@ -143,7 +144,7 @@ def _now_at(paper: Paper, sheet: Floats) -> tuple[Floats, Bools]:
     now, back = np.full_like(sheet, NOWHERE), np.zeros(len(sheet), bool)
     for face in paper.faces:
         inside = _inside(paper.sheet_polygon(face), sheet)
-        now[inside] = carried(sheet[inside], paper.isometries[face])
+        now[inside] = transformed(sheet[inside], paper.isometries[face])
         back[inside] = paper.back_up(face)
     return now, back
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Views, face_stack
@@ -46,7 +46,7 @@ LOST = 0.9
 
 
 def explain(
-    paper: Paper, last: Isometry, views: Views, effort: Effort = Effort(), *, pairs: bool = True
+    paper: Paper, last: Similarity, views: Views, effort: Effort = Effort(), *, pairs: bool = True
 ) -> list[Plan]:
     """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first.
 
@@ -77,7 +77,7 @@ def explain(
 
 
 def _within_a_colour(
-    plans: list[Plan], paper: Paper, motion: Isometry, views: Views, last: Isometry
+    plans: list[Plan], paper: Paper, motion: Similarity, views: Views, last: Similarity
 ) -> list[Plan]:
     """The plans, weighed by what looks different between the photos within one colour, and folds found by that; or by the
     lines in this photo, where no fold explains what looks different.
@@ -103,7 +103,7 @@ def _clear(best: Plan, nothing: Plan) -> bool:
     )
 
 
-def _whole_moves(paper: Paper, last: Isometry, motions: Sequence[Isometry], views: Views) -> list[Plan]:
+def _whole_moves(paper: Paper, last: Similarity, motions: Sequence[Similarity], views: Views) -> list[Plan]:
     """Rotations, flips and unfolds; the promising ones measured on the fine view."""
     plans = [
         *turned_plans(paper, views.coarse, (), last),
@@ -125,7 +125,7 @@ def _held(plan: Plan, views: Views) -> Plan:
     return replace(plan, motion=held(face_stack(plan.paper), views.fine, plan.motion))
 
 
-def _nothing(paper: Paper, motions: Sequence[Isometry], views: Views) -> Plan:
+def _nothing(paper: Paper, motions: Sequence[Similarity], views: Views) -> Plan:
     """The plan without actions."""
     stack = face_stack(paper)
     start = max(motions, key=lambda m: views.coarse.agreement(stack, m))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.solver.fold_search import Effort
@@ -24,7 +24,7 @@ MOST_FIRST, FEWER_FIRST = 3, 2
 """First folds of two tried, and on papers of more faces."""
 
 
-def two_folds(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> Iterator[Plan]:
+def two_folds(paper: Paper, motions: Sequence[Similarity], views: Views, effort: Effort) -> Iterator[Plan]:
     """Two folds at once: one that explains a part of the change, then one for the rest."""
     most = MOST_FIRST if len(paper.faces) <= EASY_FACES else FEWER_FIRST
     for first in _partial_folds(paper, motions, views, effort)[:most]:
@@ -50,7 +50,7 @@ def _second_folds(paper: Paper, first: FoldMade, views: Views, effort: Effort) -
     yield from as_plans(found, first.paper, views, motions[0], first.actions)
 
 
-def _refined_pair(pair: TwoFolds, motions: Sequence[Isometry], effort: Effort) -> Iterator[Plan]:
+def _refined_pair(pair: TwoFolds, motions: Sequence[Similarity], effort: Effort) -> Iterator[Plan]:
     """Both folds of a pair where they belong, the second snapped to what is simple."""
     refined = pair.refined()
     if refined is not None:
@@ -59,7 +59,9 @@ def _refined_pair(pair: TwoFolds, motions: Sequence[Isometry], effort: Effort) -
         yield from as_plans(again.snapped(second), first.paper, pair.views, motions[0], first.actions)
 
 
-def _partial_folds(paper: Paper, motions: Sequence[Isometry], views: Views, effort: Effort) -> list[FoldMade]:
+def _partial_folds(
+    paper: Paper, motions: Sequence[Similarity], views: Views, effort: Effort
+) -> list[FoldMade]:
     """Folds that explain a part of the change, under the drift of what nothing was done to: one of each line first."""
     partial = replace(_lighter(effort, paper), share=0.3, polished=3, partial=True)
     found = fold_search(paper, motions, views, partial).run()

@@ -7,6 +7,7 @@ from folding_schemas.actions import Action, Flip, FlipAxis, Rotate, Unfold
 
 from folding_server.errors import ActionRefused
 from folding_server.geometry.isometry import IDENTITY, Isometry, turn
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Aligned, Freedom, align
@@ -18,7 +19,7 @@ ROUND_ANGLES = 15.0
 ROUND_REACH = 5.0
 
 
-def centered(stack: FaceStack, scene: Scene, motion: Isometry = IDENTITY) -> Isometry:
+def centered(stack: FaceStack, scene: Scene, motion: Similarity = IDENTITY) -> Similarity:
     """A motion followed by the shift that brings the stack's middle onto that of the paper in the photo."""
     x, y = motion(stack.center)
     cx, cy = scene.center
@@ -33,7 +34,7 @@ def best_turns(stack: FaceStack, scene: Scene, step: float = 5.0, keep: int = 3)
         motion = centered(_turned(stack, angle), scene, turn(angle, stack.center))
         tried.append((scene.agreement(stack, motion), angle, motion))
     tried.sort(key=lambda t: (-t[0], abs(t[1])))
-    kept: list[tuple[float, Isometry]] = []
+    kept: list[tuple[float, Similarity]] = []
     for _, angle, motion in tried:
         if all(abs((angle - other + 180) % 360 - 180) > 12 for other, _ in kept):
             kept.append((angle, motion))
@@ -48,7 +49,7 @@ def _turned(stack: FaceStack, angle: float) -> FaceStack:
     return FaceStack([[motion(p) for p in outline] for outline in stack.outlines], stack.backs)
 
 
-def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Isometry) -> Iterator[Plan]:
+def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: Similarity) -> Iterator[Plan]:
     """Rotations that explain the photo; ``last`` is the motion under which the paper explained the photo before."""
     stack = face_stack(paper)
     for aligned in best_turns(stack, scene):
@@ -70,7 +71,7 @@ def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: I
         )
 
 
-def _angle_of(motion: Isometry) -> float:
+def _angle_of(motion: Similarity) -> float:
     """The clockwise angle of a rotation in degrees."""
     return degrees(atan2(motion.b, motion.a))
 
@@ -81,7 +82,7 @@ def _rounded(angle: float) -> float:
     return nearest if abs(nearest - angle) <= ROUND_REACH else float(round(angle))
 
 
-def flip_plans(paper: Paper, scene: Scene, last: Isometry) -> Iterator[Plan]:
+def flip_plans(paper: Paper, scene: Scene, last: Similarity) -> Iterator[Plan]:
     """Flips about each axis, and a flip about x with the turn that fits best."""
     axes: Sequence[FlipAxis] = ("x", "y", "y=x", "y=-x")
     for axis in axes:
@@ -101,7 +102,7 @@ def flip_plans(paper: Paper, scene: Scene, last: Isometry) -> Iterator[Plan]:
     yield from turned_plans(apply(paper, first), scene, (first,), last)
 
 
-def unfold_plans(paper: Paper, scene: Scene, motions: Sequence[Isometry]) -> Iterator[Plan]:
+def unfold_plans(paper: Paper, scene: Scene, motions: Sequence[Similarity]) -> Iterator[Plan]:
     """Each fold undone, and each pair of folds."""
     singles = list(_unfolded(paper))
     for action, after in singles:
@@ -128,7 +129,7 @@ def _unfolded(paper: Paper) -> Iterator[tuple[Unfold, Paper]]:
 
 
 def _settled(
-    actions: tuple[Action, ...], kind: str, after: Paper, scene: Scene, motions: Sequence[Isometry]
+    actions: tuple[Action, ...], kind: str, after: Paper, scene: Scene, motions: Sequence[Similarity]
 ) -> Plan:
     """The plan of some actions under the best of the motions, aligned."""
     stack = face_stack(after)

@@ -1,4 +1,4 @@
-"""The folded sheet: rigid faces that agree along their edges, orientations and letters, vertex conditions."""
+"""The folded sheet: rigid faces that agree along their edges, orientations and edge assignments, vertex conditions."""
 
 from collections.abc import Iterator
 from math import atan2, hypot, pi, tau
@@ -9,7 +9,7 @@ from folding_server.simulator.paper import Paper
 from folding_server.simulator.validity.measures import EXACT, SLACK, TILT, EdgeKey, Measured
 from folding_server.simulator.validity.violation import Violation, listed
 
-FOLDED = frozenset("MV")
+MOUNTAIN_OR_VALLEY = frozenset("MV")
 
 
 def isometry_violations(paper: Paper) -> Iterator[Violation]:
@@ -24,10 +24,10 @@ def isometry_violations(paper: Paper) -> Iterator[Violation]:
 
 
 def agreement_violations(sheet: Measured) -> Iterator[Violation]:
-    """Whether all faces at a vertex put it at the same place, to within the slack."""
+    """Whether all faces at a vertex give it the same folded coordinates, to within the slack."""
     for vertex, corners in sheet.corners.items():
-        places = np.array([sheet.folded[face][index] for face, index in corners])
-        spread = hypot(*np.ptp(places, axis=0))
+        coords = np.array([sheet.folded[face][index] for face, index in corners])
+        spread = hypot(*np.ptp(coords, axis=0))
         if spread > SLACK:
             faces = tuple(face for face, _ in corners)
             yield Violation(
@@ -38,8 +38,8 @@ def agreement_violations(sheet: Measured) -> Iterator[Violation]:
             )
 
 
-def letter_violations(sheet: Measured) -> Iterator[Violation]:
-    """Whether the paper's letters follow from the stack, and orientations from the letters along any path.
+def assignment_violations(sheet: Measured) -> Iterator[Violation]:
+    """Whether the paper's assignments follow from the stack, and orientations from the assignments along any path.
 
     A crease is a valley if the lower of its two faces shows the front, a mountain if it shows the back.
     """
@@ -57,7 +57,7 @@ def letter_violations(sheet: Measured) -> Iterator[Violation]:
 
 
 def assignment(sheet: Measured, edge: EdgeKey) -> str:
-    """The letter of an edge by the stack and the two orientations."""
+    """The assignment of an edge by the stack and the two orientations."""
     beside = sheet.edges[edge]
     if len(beside) != 2:
         return "B"
@@ -79,7 +79,7 @@ def _parity_violations(sheet: Measured, assignments: dict[EdgeKey, str]) -> Iter
     while queue:
         face = queue.pop()
         for other, edge in beside[face]:
-            reached = parity[face] != (assignments.get(edge) in FOLDED)
+            reached = parity[face] != (assignments.get(edge) in MOUNTAIN_OR_VALLEY)
             if other not in parity:
                 parity[other] = reached
                 queue.append(other)
