@@ -41,4 +41,4 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     reasons = [report.longrepr[2] for report in terminalreporter.stats.get("skipped", [])]
     count = sum(REASON in reason for reason in reasons)
     if count:
-        terminalreporter.write_line(f"{count} tests were skipped: {REASON}")
+        terminalreporter.write_line(f"tests skipped: {count}; {REASON}")
