@@ -1,6 +1,5 @@
 """Films of someone folding a program, painted by the photographer from a screenplay, with the truth beside them."""
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
@@ -9,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from folding_schemas.actions import Program
+from folding_server.arrays import Float32s
 from folding_server.photographer.color_spaces import floats, to_srgb
 from folding_server.photographer.grasp import grasping_hand
 from folding_server.photographer.hand_model import PlacedHand, RenderedHand, render_hand
@@ -25,11 +25,8 @@ from folding_server.photographer.sheet_texture import SheetTexture, creased
 from folding_server.photographer.table import seen_table
 from numpy.typing import NDArray
 from screenplay import TROUBLES, Beat, Seen, Trouble, screenplay
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from folding_server.arrays import Float32s
-from videos import Camera as Recorder
-from videos import encode
+from video_writing import Camera as Recorder
+from video_writing import encode
 
 SIZE = (400, 300)
 RATE = 15

@@ -34,12 +34,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
-
-from folding_client.agent import tool_selection  # noqa: E402
-from folding_client.agent.context_compaction import compacted, without_old_pictures, without_old_states  # noqa: E402
-from folding_client.messages import (  # noqa: E402
+from folding_client.agent import tool_selection
+from folding_client.agent.context_compaction import compacted, without_old_pictures, without_old_states
+from folding_client.messages import (
     Message,
     Reply,
     ToolResult,
@@ -49,13 +46,13 @@ from folding_client.messages import (  # noqa: E402
     tool_answer,
     user,
 )
-from folding_client.models.litellm_model import LitellmModel, litellm  # noqa: E402
-from folding_client.settings import Settings  # noqa: E402
-from folding_prompts import prompt  # noqa: E402
-from providers.base import Says, Turn  # noqa: E402
-from providers.openai import OpenAI  # noqa: E402
-from token_counting import RULES, Piece, pieces  # noqa: E402
-from token_trace import Query, record  # noqa: E402
+from folding_client.models.litellm_model import LitellmModel, litellm
+from folding_client.settings import Settings
+from folding_prompts import prompt
+from providers.base import Says, Turn
+from providers.openai import OpenAI
+from token_counting import RULES, Piece, pieces
+from token_trace import Query, record
 
 SAVINGS = (
     "summary",

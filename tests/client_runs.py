@@ -22,7 +22,7 @@ from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_jo
 from folding_client.record.event_log import read_events
 from folding_client.settings import Settings
 from lasting import LASTING
-from paths import SHARED
+from paths import DATA
 from PIL import Image, ImageDraw
 from providers.base import Says
 
@@ -57,7 +57,7 @@ ANCHOR = {
 
 def figure(name: str) -> list[list[dict[str, Any]]]:
     """The steps of a program printed in the paper."""
-    (file,) = (SHARED / "programs").glob(f"figure_{name}_*.json")
+    (file,) = (DATA / "programs").glob(f"figure_{name}_*.json")
     steps: list[list[dict[str, Any]]] = json.loads(file.read_text())["steps"]
     return steps
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 from lasting import LASTING
+from reference import REASON, REQUIRED, missing, required
 
 # How long an example takes depends on the machine and is no fault.
 settings.register_profile("project", deadline=None, print_blob=True)
@@ -22,3 +23,22 @@ def ends_what_tests_share() -> Iterator[None]:
     """Ends, after the last test, what several tests have used."""
     yield
     LASTING.close()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skips a test whose reference data is missing, or fails it where that is not allowed."""
+    part = missing(item)
+    if part is None:
+        return
+    if required():
+        pytest.fail(f"{REQUIRED} is set, but there is no {part}: {REASON}", pytrace=False)
+    pytest.skip(REASON)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Says in one line how many tests were skipped for want of reference data."""
+    reasons = [report.longrepr[2] for report in terminalreporter.stats.get("skipped", [])]
+    count = sum(REASON in reason for reason in reasons)
+    if count:
+        terminalreporter.write_line(f"tests skipped: {count}; {REASON}")

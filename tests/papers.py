@@ -3,21 +3,36 @@
 import random
 from pathlib import Path
 
+import pytest
 from folding_schemas.actions import Program
 from folding_server.errors import ActionRefused
-from folding_server.interchange.programs import load_published
+from folding_server.interchange.programs import load_published, load_recorded, resolved
 from folding_server.simulator import Paper, add_vertex, apply, flip, fold, new_paper, rotate, unfold
-from paths import SHARED
+from paths import DATA
+from reference import reference_files
 
-FIGURES = sorted((SHARED / "programs").glob("figure_*.json"))
-RECORDED = sorted((SHARED / "programs" / "recorded").glob("*.json"))
-CAT = SHARED / "programs" / "figure_d_cat_9_frames.json"
-RABBIT = SHARED / "programs" / "figure_b_rabbit_14_frames.json"
+FIGURES = sorted((DATA / "programs").glob("figure_*.json"))
+CAT = DATA / "programs" / "figure_d_cat_9_frames.json"
+RABBIT = DATA / "programs" / "figure_b_rabbit_14_frames.json"
+OWN_RESULTS = sorted((DATA / "results").glob("*.json"))
+RESULTS = [
+    *(pytest.param(path, id=path.stem) for path in OWN_RESULTS),
+    *reference_files("programs/recorded", "*.json"),
+]
+"""Programs with the final state that they are known to lead to: ours, and published ones."""
 
 
 def figure(path: Path) -> Program:
     """A program as printed in a figure."""
     return load_published(path.read_text(encoding="utf-8")).program
+
+
+def result(path: Path) -> Paper:
+    """The paper that the actions of a recorded result lead to."""
+    paper = new_paper()
+    for recorded in load_recorded(path.read_text(encoding="utf-8")).actions:
+        paper = apply(paper, resolved(paper, recorded))
+    return paper
 
 
 def states(program: Program) -> list[Paper]:

@@ -1,6 +1,7 @@
-"""Where test data lies."""
+"""Where the checkout and its test data lie."""
 
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-SHARED = ROOT.parent / "shared"
+DATA = ROOT / "tests" / "data"
+EXAMPLES = ROOT / "examples"

@@ -1,27 +1,22 @@
 """The reconstruction benchmark: what counts as exact, how errors are measured, the programs, a small run."""
 
 import json
-import sys
 from collections.abc import Mapping
 from math import dist
 from pathlib import Path
 from typing import Any
 
+import corpus
 import pytest
+import run
+import studio
+from corpus import Subject
+from exactness import exactness
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper, replay, rotate
 from hypothesis import given
 from hypothesis import strategies as st
-from paths import ROOT
-
-sys.path.insert(0, str(ROOT / "benchmarks" / "reconstruction"))
-
-import corpus
-import run
-import studio
-from corpus import Subject
-from exactness import exactness
 from reconstructing import Reconstruction, run_agent, solve, step_seconds
 from report import in_words
 from scoring import action_class, overall, score

@@ -2,7 +2,6 @@
 
 import base64
 import io
-import sys
 from pathlib import Path
 
 import pytest
@@ -19,13 +18,9 @@ from folding_client.messages import (
     tool_answer,
     user,
 )
-from paths import ROOT
 from PIL import Image
 from providers.base import Says
 from providers.openai import OpenAI
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-
 from token_counting import anthropic_tokens, openai_tokens, pieces, text_tokens
 from token_trace import Query, script
 from tokens import ALL, sent_with

@@ -18,9 +18,9 @@ from folding_server.frames.image_files import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from paths import SHARED
 from pictures import Rgb, noise, quadrants, write_image
 from PIL import Image
+from reference_data import REFERENCE
 
 TURNS = {
     1: lambda image: image,
@@ -206,7 +206,8 @@ def test_png_is_exact() -> None:
     assert np.array_equal(decode_bytes(picture.data, "sent"), noise(64, 40))
 
 
+@pytest.mark.reference("photos/blackboard")
 def test_phone_photos_are_read() -> None:
-    path = SHARED / "photos/blackboard/IMG_6365.jpg"
+    path = REFERENCE / "photos/blackboard/IMG_6365.jpg"
     assert decode(path).shape == (1024, 768, 3)
     assert decode(path, 512).shape == (512, 384, 3)

@@ -15,9 +15,10 @@ from folding_server.frames.photo_cache import PhotoCache
 from folding_server.frames.sequences import Library, load_sequence
 from hypothesis import given
 from hypothesis import strategies as st
-from paths import SHARED
+from paths import EXAMPLES
 from pictures import noise, write_image, write_manifest, write_sequence_folder
 from PIL import Image
+from reference_data import REFERENCE
 
 
 def test_a_sequence_tells_its_frames_and_colours(tmp_path: Path) -> None:
@@ -359,8 +360,19 @@ def test_other_colours_are_refused(color: str) -> None:
         color_rgb(color)
 
 
+def test_the_examples_open() -> None:
+    library = Library([EXAMPLES])
+    assert {sequence.name: sequence.frame_count for sequence in library.sequences()} == {
+        "cat": 9,
+        "cup": 8,
+        "heart": 16,
+    }
+    assert "no images between" in library.open("cat").filmstrip(4).caption
+
+
+@pytest.mark.reference("photos/rendered", "photos/sailboat")
 def test_real_sequences_open() -> None:
-    library = Library([SHARED / "photos/rendered", SHARED / "photos/sailboat"])
+    library = Library([REFERENCE / "photos/rendered", REFERENCE / "photos/sailboat"])
     assert {sequence.name: sequence.frame_count for sequence in library.sequences()} == {
         "how_to_make_an_easy_origami_tulip_stem": 9,
         "sailboat": 4,

@@ -31,7 +31,7 @@ from folding_server.simulator import apply, folded_state, moved_faces, new_paper
 from folding_server.simulator.plane_layers import layers_of_planes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from papers import CAT, FIGURES, RECORDED, figure, random_paper, states
+from papers import CAT, FIGURES, RESULTS, figure, random_paper, states
 
 actions = st.one_of(
     st.builds(AddVertex, edge=st.tuples(st.integers(), st.integers()), position=st.floats(0, 1)),
@@ -67,7 +67,7 @@ def test_published_programs_keep_their_extra_keys() -> None:
         load_program(CAT.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("path", RECORDED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", RESULTS)
 def test_recorded_programs_are_resolved_by_place(path: Path) -> None:
     recorded = load_recorded(path.read_text(encoding="utf-8"))
     paper = new_paper()

@@ -3,6 +3,7 @@
 import json
 from contextlib import suppress
 from math import dist
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,26 +11,28 @@ from folding_server.errors import ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
 from folding_server.interchange.fold_reading import FaceOrders, fold_flat, read_crease_pattern, read_fold
-from folding_server.interchange.programs import load_recorded, resolved
 from folding_server.simulator import (
     TOLERANCE,
     Paper,
     add_vertex,
-    apply,
     flip,
     fold,
     new_paper,
     overlapping_pairs,
     unfold,
 )
-from folding_server.simulator.foldability import check_pattern
+from folding_server.simulator.foldability import CreasePattern, check_pattern
 from folding_server.simulator.foldability.flat_faces import lay_flat
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from papers import FIGURES, RECORDED, figure, random_paper, states
-from paths import SHARED
+from known_patterns import KNOWN, TWISTS, fold_file
+from papers import FIGURES, RESULTS, figure, random_paper, result, states
+from reference import golden_file, golden_rows, reference_files
 
-PATTERNS = sorted((SHARED / "flatfold" / "patterns").glob("*.fold"))
+PATTERNS = [
+    *(pytest.param(fold_file(known.pattern), id=known.name) for known in KNOWN),
+    *reference_files("flatfold/patterns", "*.fold"),
+]
 
 
 def quarter() -> Paper:
@@ -62,13 +65,6 @@ def stacking(paper: Paper) -> set[tuple[int, int]]:
 
 def assignments(paper: Paper) -> list[str]:
     return [assignment for _, assignment in paper.edges()]
-
-
-def recorded_paper(path: Any) -> Paper:
-    paper = new_paper()
-    for recorded in load_recorded(path.read_text(encoding="utf-8")).actions:
-        paper = apply(paper, resolved(paper, recorded))
-    return paper
 
 
 def test_the_folded_form_comes_first_and_the_crease_pattern_inherits_from_it() -> None:
@@ -135,9 +131,15 @@ def test_what_was_folded_can_be_unfolded_after_import() -> None:
     assert unfold(unfold(again)) == unfold(unfold(paper))
 
 
-@pytest.mark.parametrize("path", FIGURES + RECORDED, ids=lambda path: path.stem)
-def test_published_models_come_back_exactly(path: Any) -> None:
-    paper = recorded_paper(path) if path in RECORDED else states(figure(path))[-1]
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
+def test_models_of_the_figures_come_back_exactly(path: Path) -> None:
+    paper = states(figure(path))[-1]
+    assert read_fold(fold_text(fold_document(paper))) == paper
+
+
+@pytest.mark.parametrize("path", RESULTS)
+def test_known_results_come_back_exactly(path: Path) -> None:
+    paper = result(path)
     assert read_fold(fold_text(fold_document(paper))) == paper
 
 
@@ -231,9 +233,14 @@ def test_a_pattern_in_other_units_is_scaled_to_the_sheet() -> None:
     assert stacking(again) == stacking(paper)
 
 
-@pytest.mark.parametrize("path", PATTERNS, ids=lambda path: path.stem)
-def test_faces_are_found_from_the_edges(path: Any) -> None:
-    document = json.loads(path.read_text(encoding="utf-8"))
+def text_of(file: str | Path) -> str:
+    """The text of a FOLD file that is there as a text or as a file."""
+    return file if isinstance(file, str) else file.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("file", PATTERNS)
+def test_faces_are_found_from_the_edges(file: str | Path) -> None:
+    document = json.loads(text_of(file))
     given = read_crease_pattern(document)
     del document["faces_vertices"]
     found = read_crease_pattern(document)
@@ -269,19 +276,26 @@ def test_a_folded_form_alone_unfolds_to_its_crease_pattern() -> None:
     assert check_pattern(pattern).foldable
 
 
-GOLDEN = [json.loads(line) for line in (SHARED / "flatfold" / "golden.jsonl").read_text().splitlines()]
-SMALL = [
-    entry["name"]
-    for entry in GOLDEN
-    if entry["valid"] and entry["faces"] <= 30 and "twist" not in entry["name"]
+CIRCULAR = [
+    *(pytest.param(fold_file(pattern), id=name) for name, pattern in TWISTS.items()),
+    *reference_files("flatfold/patterns", "c_twist6_b40.fold"),
 ]
+STACKED = {known.name: known.pattern for known in KNOWN if known.orders and known.name not in TWISTS}
 
 
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", STACKED)
 def test_a_foldable_pattern_is_folded_and_keeps_its_letters(name: str) -> None:
-    pattern = read_crease_pattern(
-        (SHARED / "flatfold" / "patterns" / f"{name}.fold").read_text(encoding="utf-8")
-    )
+    assert_folded(read_crease_pattern(fold_file(STACKED[name])))
+
+
+@pytest.mark.parametrize(
+    "row", golden_rows(lambda row: row["valid"] and row["faces"] <= 30 and "twist" not in row["name"])
+)
+def test_a_foldable_pattern_from_elsewhere_is_folded_and_keeps_its_letters(row: dict[str, Any]) -> None:
+    assert_folded(read_crease_pattern(golden_file(row).read_text(encoding="utf-8")))
+
+
+def assert_folded(pattern: CreasePattern) -> None:
     paper = fold_flat(pattern)
     names = sorted(paper.vertices_coords)
     ours = {frozenset(edge): assignment for edge, assignment in paper.edges()}
@@ -290,10 +304,10 @@ def test_a_foldable_pattern_is_folded_and_keeps_its_letters(name: str) -> None:
         assert found in ("M", "V") if assignment == "U" else found == assignment
 
 
-def test_a_twist_whose_layers_go_round_in_a_circle_has_no_stack() -> None:
-    twist = SHARED / "flatfold" / "patterns" / "c_twist6_b40.fold"
+@pytest.mark.parametrize("file", CIRCULAR)
+def test_a_twist_whose_layers_go_round_in_a_circle_has_no_stack(file: str | Path) -> None:
     with pytest.raises(ProgramError, match="its layers go round in a circle"):
-        fold_flat(read_crease_pattern(twist.read_text(encoding="utf-8")))
+        fold_flat(read_crease_pattern(text_of(file)))
 
 
 def test_a_pattern_that_does_not_fold_is_refused_with_the_reason() -> None:
@@ -429,10 +443,10 @@ def mean(points: list[list[float]]) -> tuple[float, float]:
     return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
 
 
-@pytest.mark.parametrize("path", RECORDED, ids=lambda path: path.stem)
-def test_published_results_name_the_upper_face_first_as_the_model_is_seen(path: Any) -> None:
+@pytest.mark.parametrize("path", RESULTS)
+def test_known_results_name_the_upper_face_first_as_the_model_is_seen(path: Any) -> None:
     """Of the conventions only one makes of their pairs the state that their actions lead to."""
-    document, folded = recorded_document(path), recorded_paper(path)
+    document, folded = recorded_document(path), result(path)
     places = [
         mean([document["file_frames"][0]["vertices_coords"][v] for v in f])
         for f in document["faces_vertices"]
@@ -556,9 +570,11 @@ def test_edges_that_cross_are_refused_where_a_folded_form_goes_by_their_vertices
         read_fold(crossing | {"frame_classes": ["creasePattern"], "file_frames": [folded]})
 
 
-def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_is_checked() -> None:
-    twist = SHARED / "flatfold" / "patterns" / "c_twist6_b40.fold"
-    pattern = read_crease_pattern(twist.read_text(encoding="utf-8"))
+@pytest.mark.parametrize("file", CIRCULAR)
+def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_is_checked(
+    file: str | Path,
+) -> None:
+    pattern = read_crease_pattern(text_of(file))
     report, flat = check_pattern(pattern, cap=1), lay_flat(pattern)
     lies = {
         v: point

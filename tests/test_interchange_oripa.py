@@ -1,6 +1,5 @@
 """``.cp`` files of ORIPA and Oriedita: what we write, that we read it back, and lines as people draw them."""
 
-import json
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,10 @@ from folding_server.interchange.oripa import oripa_text, read_oripa
 from folding_server.simulator.foldability import CreasePattern, check_pattern
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from known_patterns import KNOWN, Known
 from papers import CAT, FIGURES, figure, random_paper, states
-from paths import SHARED
+from reference import golden_file, golden_rows
 
-GOLDEN = [json.loads(line) for line in (SHARED / "flatfold" / "golden.jsonl").read_text().splitlines()]
 SHEET = "1 -200 -200 200 -200\n1 200 -200 200 200\n1 200 200 -200 200\n1 -200 200 -200 -200\n"
 
 
@@ -75,11 +74,15 @@ def test_a_model_can_be_folded_from_its_lines(path: Path) -> None:
     assert folded.sheet == pytest.approx((1.0, 1.0))
 
 
-@pytest.mark.parametrize(
-    "row", [row for row in GOLDEN if row["valid"] is not None][::4], ids=lambda row: row["name"]
-)
+@pytest.mark.parametrize("known", KNOWN, ids=lambda known: known.name)
+def test_patterns_of_ours_have_the_same_verdict_as_lines(known: Known) -> None:
+    report = check_pattern(read_oripa(oripa_text(known.pattern)))
+    assert (report.foldable, report.states) == (known.orders > 0, known.orders)
+
+
+@pytest.mark.parametrize("row", golden_rows(lambda row: row["valid"] is not None)[::4])
 def test_known_patterns_have_the_same_verdict_as_lines(row: dict[str, Any]) -> None:
-    given = read_crease_pattern((SHARED / "flatfold" / "patterns" / f"{row['name']}.fold").read_text())
+    given = read_crease_pattern(golden_file(row).read_text())
     report = check_pattern(read_oripa(oripa_text(given)))
     assert (report.foldable, report.states) == (row["valid"], row["states"])
 

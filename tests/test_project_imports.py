@@ -49,6 +49,13 @@ def test_a_package_imports_only_what_it_may(package: str) -> None:
     assert wrong == []
 
 
+def test_no_test_and_no_benchmark_changes_where_modules_are_found() -> None:
+    changed = "sys." + "path"
+    files = [file for folder in ("tests", "benchmarks", "scripts") for file in (ROOT / folder).rglob("*.py")]
+    assert files
+    assert [file.name for file in files if changed in file.read_text(encoding="utf-8")] == []
+
+
 @pytest.mark.parametrize(
     "source",
     [

@@ -15,12 +15,9 @@ from folding_schemas.state import FoldedState
 from folding_server.cli import main
 from folding_server.frames.sequences import load_sequence
 from hosts import json_of, server
-from paths import SHARED
+from known_patterns import fold_file, miura, moved
+from papers import CAT
 from videos import SQUARE, TRIANGLE, Rest, Work, write_clip
-
-CAT = SHARED / "programs" / "figure_d_cat_9_frames.json"
-PATTERNS = SHARED / "flatfold" / "patterns"
-
 
 INITIALIZE = (
     b'{"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"protocolVersion": "2025-06-18", '
@@ -90,8 +87,10 @@ def test_a_foldable_pattern_passes_the_check(run: Run, tmp_path: Path) -> None:
     assert "folds flat" in finished.out
 
 
-def test_a_pattern_that_does_not_fold_flat_exits_with_1_and_says_where(run: Run) -> None:
-    finished = run("check", PATTERNS / "d_kawasaki_07.fold", "--json")
+def test_a_pattern_that_does_not_fold_flat_exits_with_1_and_says_where(run: Run, tmp_path: Path) -> None:
+    pattern = tmp_path / "moved.fold"
+    pattern.write_text(fold_file(moved(miura(4, 3, 0.05), 0.03 + 0.02j)))
+    finished = run("check", pattern, "--json")
     assert finished.code == 1
     assert finished.err == ""
     found = Foldability.model_validate(finished.json)

@@ -6,12 +6,10 @@ from typing import Any
 import pytest
 from hosts import Host, in_memory
 from mcp import MCPError
-from paths import SHARED
+from photographed import photos
 from pictures import quadrants, write_image, write_manifest, write_sequence_folder
 
 pytestmark = pytest.mark.anyio
-
-PHOTOS = SHARED / "photos"
 
 
 async def refused(host: Host, tool: str, **arguments: Any) -> str:
@@ -70,7 +68,7 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
 async def test_a_mistake_is_answered_by_one_sentence_that_helps(
     tmp_path: Path, tool: str, arguments: dict[str, Any], named: list[str]
 ) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         await host.call("open_run", sequence="sailboat")
         await host.call("save_checkpoint", frame=1)
         sentence = await refused(host, tool, **arguments)
@@ -99,7 +97,7 @@ async def test_a_shared_server_wants_every_call_to_name_its_run(tmp_path: Path) 
 
 
 async def test_a_run_is_not_resumed_as_another_sequence(tmp_path: Path) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         run_id = (await host.call("open_run", sequence="sailboat"))["run_id"]
         sentence = await host.refusal("open_run", run_id=run_id, sequence="cat")
     assert "'sailboat'" in sentence
@@ -117,7 +115,7 @@ async def test_a_run_whose_photos_have_changed_is_not_resumed(tmp_path: Path) ->
 
 
 async def test_photos_are_refused_to_a_free_fold(tmp_path: Path) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         await host.call("open_run")
         sentences = [
             await host.refusal(tool, **arguments)
@@ -202,7 +200,7 @@ class TestResources:
     async def test_what_is_not_there_is_invalid_params_with_the_reason(
         self, tmp_path: Path, uri: str, named: str
     ) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             with pytest.raises(MCPError) as error:
                 await host.client.read_resource(uri)
         assert error.value.code == -32602

@@ -12,11 +12,9 @@ from folding_schemas.results import RunInfo, SequenceList
 from folding_schemas.state import FoldedState
 from hosts import Host, in_memory
 from mcp.types import BlobResourceContents, PromptReference, TextContent, TextResourceContents
-from paths import SHARED
+from photographed import photos
 
 pytestmark = pytest.mark.anyio
-
-PHOTOS = SHARED / "photos"
 
 
 async def text(host: Host, uri: str) -> str:
@@ -49,7 +47,7 @@ async def test_a_run_can_be_read_as_resources(tmp_path: Path) -> None:
 
 
 async def test_sequences_and_photos_can_be_read_as_resources(tmp_path: Path) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         listed = SequenceList.model_validate_json(await text(host, "folding://sequences"))
         photo = await data(host, "folding://sequences/sailboat/frames/4")
     assert "sailboat" in [each.name for each in listed.sequences]
@@ -98,14 +96,14 @@ async def test_the_agent_s_critics_are_prompts_for_hosts_too(tmp_path: Path) -> 
 
 async def test_names_of_sequences_are_completed(tmp_path: Path) -> None:
     reference = PromptReference(name="reconstruct")
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         for start, expected in {"sail": ["sailboat"], "boat": []}.items():
             answer = await host.client.complete(reference, {"name": "sequence", "value": start})
             assert answer.completion.values == expected
 
 
 async def test_answers_are_valid_against_the_published_schemas(tmp_path: Path) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         schemas = {tool.name: tool.output_schema for tool in (await host.client.list_tools()).tools}
         answers = {
             "list_sequences": await host.call("list_sequences"),

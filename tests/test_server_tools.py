@@ -1,6 +1,7 @@
 """The tools as a host uses them, through the protocol in memory."""
 
 import base64
+import json
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,14 +10,22 @@ import anyio
 import pytest
 from hosts import Host, images_of, in_memory, text_of
 from mcp.types import CallToolResult
-from paths import SHARED
+from photographed import photos
 from pictures import noise, write_image, write_manifest, write_sequence_folder
+from reference_data import REFERENCE
 from shapely import Polygon, box
 
 pytestmark = pytest.mark.anyio
 
-PHOTOS = SHARED / "photos"
 BASE64_LIMIT = 800_000
+
+
+@pytest.fixture(
+    params=["photographed", pytest.param("taken", marks=pytest.mark.reference("photos/sailboat"))]
+)
+def boats(request: pytest.FixtureRequest) -> Path:
+    """A folder with photos of a sailboat: painted ones, and real ones."""
+    return photos() if request.param == "photographed" else REFERENCE / "photos"
 
 
 async def a_saved_fold(host: Host) -> None:
@@ -36,7 +45,7 @@ def shown_in(result: CallToolResult) -> list[tuple[str, int | None, str]]:
 
 
 async def test_every_picture_says_what_it_shows(tmp_path: Path) -> None:
-    async with in_memory(tmp_path, PHOTOS) as host:
+    async with in_memory(tmp_path, photos()) as host:
         await a_saved_fold(host)
         calls: dict[str, dict[str, Any]] = {
             "view_frame": {"frame": 2},
@@ -59,10 +68,11 @@ async def test_every_picture_says_what_it_shows(tmp_path: Path) -> None:
 
 class TestRuns:
     async def test_sequences_are_listed_with_frames_and_colours(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             listed = await host.call("list_sequences")
-        sailboat = {"name": "sailboat", "frames": 4, "front_color": "#cfc8bc", "back_color": "#2f9bc1"}
-        assert sailboat in listed["sequences"]
+        manifest = json.loads((photos() / "sailboat" / "keyframes.json").read_text())
+        colours = {key: manifest[key] for key in ("front_color", "back_color")}
+        assert {"name": "sailboat", "frames": 4, **colours} in listed["sequences"]
 
     async def test_a_broken_sequence_is_named_beside_the_good_ones(self, tmp_path: Path) -> None:
         write_sequence_folder(tmp_path / "photos" / "good", [1, 2])
@@ -76,7 +86,7 @@ class TestRuns:
         assert "broken" in listed["problems"][0]
 
     async def test_a_new_run_waits_for_frame_1(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             opened = await host.call("open_run", sequence="sailboat")
             assert await host.call("get_run", run_id=opened["run_id"]) == opened
         assert opened["frames"] == 4
@@ -95,11 +105,11 @@ class TestRuns:
         assert folded["attempt"] is None
 
     async def test_a_run_is_taken_up_again_by_another_process(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             left = await host.call("get_run")
             state = await host.call("get_current_state")
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             assert await host.call("open_run", run_id=left["run_id"]) == left
             assert await host.call("get_current_state") == state
 
@@ -122,7 +132,7 @@ class TestRuns:
 
 class TestActions:
     async def test_a_fold_answers_what_is_new_what_moved_and_the_state(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             vertex = await host.call("add_vertex", edge=[3, 1], position=0.25)
             folded = await host.call("fold", edge=[5, 4], direction=-1)
@@ -180,7 +190,7 @@ class TestActions:
 
 class TestViewing:
     async def test_a_photo_comes_as_an_image_of_the_stated_size(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await host.call("open_run", sequence="sailboat")
             result = await host.answer("view_frame", frame=2)
         (image,) = images_of(result)
@@ -208,7 +218,7 @@ class TestViewing:
 
 class TestCheckpoints:
     async def test_saving_and_restoring_go_through_the_protocol(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             saved = await host.call("save_checkpoint", frame=2, notes="unsure of the corner")
             await host.call("flip", axis="x")
@@ -232,7 +242,7 @@ class TestCheckpoints:
             assert message
             told.append((progress, total))
 
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             result = await host.client.call_tool(
                 "generate_checkpoint_overview", {}, progress_callback=progress
@@ -243,7 +253,7 @@ class TestCheckpoints:
         assert told == [(0, 4), (1, 4), (2, 4), (3, 4)]
 
     async def test_a_used_up_budget_is_settled_by_a_commitment(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await host.call("open_run", sequence="sailboat")
             await host.call("save_checkpoint", frame=1)
             for angle in range(5):
@@ -268,7 +278,7 @@ class TestCheckpoints:
 
 class TestVerification:
     async def test_the_critics_grid_shows_photos_then_diagrams(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+        async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             result = await host.answer("critic_grid", frame=2)
         grid = result.structured_content
@@ -285,8 +295,10 @@ class TestVerification:
         assert len(grid["candidate_state"]["faces"]) == 2
         assert [action["action"] for action in grid["candidate_actions"]] == ["fold"]
 
-    async def test_the_right_state_matches_its_photo_and_a_wrong_one_does_not(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+    async def test_the_right_state_matches_its_photo_and_a_wrong_one_does_not(
+        self, tmp_path: Path, boats: Path
+    ) -> None:
+        async with in_memory(tmp_path, boats) as host:
             await host.call("open_run", sequence="sailboat")
             await host.call("save_checkpoint", frame=1)
             same = await host.answer("compare_to_frame", frame=1)
@@ -298,8 +310,8 @@ class TestVerification:
         assert other["discrepancies"]
         assert other["agreement"] < same.structured_content["agreement"]
 
-    async def test_a_comparison_tells_how_the_photo_was_seen(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+    async def test_a_comparison_tells_how_the_photo_was_seen(self, tmp_path: Path, boats: Path) -> None:
+        async with in_memory(tmp_path, boats) as host:
             await host.call("open_run", sequence="sailboat")
             flat = await host.call("compare_to_frame", frame=1)
             folded = await host.call("compare_to_frame", frame=2)
@@ -311,8 +323,10 @@ class TestVerification:
         assert len(folded["outlines"][0]["corners"]) == 3
         assert 0.8 < flat["confidence"] <= 1
 
-    async def test_an_attempt_is_compared_as_it_was_with_all_that_led_to_it(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+    async def test_an_attempt_is_compared_as_it_was_with_all_that_led_to_it(
+        self, tmp_path: Path, boats: Path
+    ) -> None:
+        async with in_memory(tmp_path, boats) as host:
             await host.call("open_run", sequence="sailboat")
             await host.call("save_checkpoint", frame=1)
             proposed = await host.call("propose_actions", frame=2, count=1)
@@ -325,8 +339,8 @@ class TestVerification:
         assert attempt == now
         assert left != now
 
-    async def test_a_proposal_can_be_applied_and_then_matches(self, tmp_path: Path) -> None:
-        async with in_memory(tmp_path, PHOTOS) as host:
+    async def test_a_proposal_can_be_applied_and_then_matches(self, tmp_path: Path, boats: Path) -> None:
+        async with in_memory(tmp_path, boats) as host:
             await host.call("open_run", sequence="sailboat")
             await host.call("save_checkpoint", frame=1)
             proposed = await host.call("propose_actions", frame=2, count=2)

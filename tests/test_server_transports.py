@@ -8,15 +8,13 @@ import httpx2
 import pytest
 from hosts import Host, http_server, stdio
 from mcp import Client, MCPError
-from paths import SHARED
+from photographed import photos
 
 pytestmark = pytest.mark.anyio
 
-PHOTOS = SHARED / "photos"
-
 
 async def test_a_desktop_host_folds_over_stdio_without_naming_its_run(tmp_path: Path) -> None:
-    async with Client(stdio(tmp_path, PHOTOS)) as client:
+    async with Client(stdio(tmp_path, photos())) as client:
         host = Host(client)
         await host.call("open_run", sequence="sailboat")
         await host.call("save_checkpoint", frame=1)
@@ -36,7 +34,7 @@ async def test_hosts_of_either_era_see_the_server_and_its_tools(tmp_path: Path, 
 
 
 async def test_two_hosts_on_one_http_server_have_a_run_each(tmp_path: Path) -> None:
-    with http_server(tmp_path, "--sequences", str(PHOTOS)) as url:
+    with http_server(tmp_path, "--sequences", str(photos())) as url:
         async with Client(url) as first, Client(url, mode="legacy") as second:
             hosts = [Host(first), Host(second)]
             runs = [(await host.call("open_run", sequence="sailboat"))["run_id"] for host in hosts]
@@ -71,7 +69,7 @@ async def test_a_page_under_a_foreign_name_cannot_reach_the_http_server(tmp_path
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds the server's process in /proc")
 async def test_a_killed_server_has_lost_nothing_that_it_answered(tmp_path: Path) -> None:
     earlier = servers()
-    async with Client(stdio(tmp_path, PHOTOS)) as client:
+    async with Client(stdio(tmp_path, photos())) as client:
         host = Host(client)
         run_id = (await host.call("open_run", sequence="sailboat"))["run_id"]
         await host.call("save_checkpoint", frame=1)
@@ -81,7 +79,7 @@ async def test_a_killed_server_has_lost_nothing_that_it_answered(tmp_path: Path)
         os.kill(server, signal.SIGKILL)
         with pytest.raises(MCPError):
             await host.call("get_run")
-    async with Client(stdio(tmp_path, PHOTOS)) as client:
+    async with Client(stdio(tmp_path, photos())) as client:
         host = Host(client)
         reopened = await host.call("open_run", run_id=run_id)
         assert (await host.call("get_current_state"))["state"] == answered["state"]

@@ -1,13 +1,12 @@
 """The geometric solver on label images of known papers: every class of transition, drift, noise and hidden parts."""
 
-import json
-import sys
 from itertools import combinations
 from math import cos, pi, sin
 from random import Random
 
 import pytest
-from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold
+from exactness import exactness
+from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate, Unfold
 from folding_server.errors import ActionRefused
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Line
@@ -21,11 +20,8 @@ from folding_server.vision.solver.sheet_motions import locate
 from folding_server.vision.solver.transition import explain
 from hypothesis import given, strategies
 from label_views import CLEAN, Spoiling, views
-from paths import ROOT, SHARED
+from papers import CAT, figure
 from shapely.geometry import Polygon
-
-sys.path.insert(0, str(ROOT / "benchmarks" / "reconstruction"))
-from exactness import exactness
 
 DRIFTED = Spoiling(shift=(0.02, -0.015), degrees=2.0, noise=0.01)
 DIAGONAL: tuple[Action, ...] = (Rotate(angle=45), Fold(edge=(4, 2), direction=-1))
@@ -139,7 +135,7 @@ def test_a_sheet_that_lies_at_quite_another_angle_is_located() -> None:
 
 
 def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone() -> None:
-    program = Program(steps=json.loads((SHARED / "programs/figure_d_cat_9_frames.json").read_text())["steps"])
+    program = figure(CAT)
     cat = replay([action for step in program.steps[:6] for action in step])
     truth = cat
     for action in program.steps[6]:
@@ -271,7 +267,7 @@ def test_the_sheet_is_located_where_it_drifted_to() -> None:
 
 
 def test_the_cat_is_recovered_from_label_images_alone() -> None:
-    program = Program(steps=json.loads((SHARED / "programs/figure_d_cat_9_frames.json").read_text())["steps"])
+    program = figure(CAT)
     truth, found, last = new_paper(), new_paper(), IDENTITY
     for number, step in enumerate(program.steps):
         for action in step:

@@ -1,4 +1,4 @@
-"""The solver on photographs that a person took with a camera in the hand."""
+"""The solver on photographs of a sailboat: painted ones, and ones that a person took with a camera in the hand."""
 
 import pytest
 from folding_schemas.actions import AddVertex, Fold
@@ -6,13 +6,18 @@ from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import new_paper
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import Plan, propose
-from paths import SHARED
+from photographed import photos
+from reference_data import REFERENCE
 
 
-@pytest.fixture(scope="module")
-def plans() -> list[Plan]:
+@pytest.fixture(
+    scope="module",
+    params=["photographed", pytest.param("taken", marks=pytest.mark.reference("photos/sailboat"))],
+)
+def plans(request: pytest.FixtureRequest) -> list[Plan]:
     """What is proposed first for each photo of a sailboat after the sheet."""
-    eyes, paper, found = see_sequence(load_sequence(SHARED / "photos" / "sailboat")), new_paper(), []
+    folder = photos() if request.param == "photographed" else REFERENCE / "photos"
+    eyes, paper, found = see_sequence(load_sequence(folder / "sailboat")), new_paper(), []
     for frame in (2, 3, 4):
         found.append(propose(paper, eyes, frame)[0])
         paper = found[-1].paper

@@ -1,9 +1,9 @@
 """Folds of one-coloured paper: label images alike before and after, found by what the light shows."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
+from exactness import exactness
 from folding_schemas.actions import Action, AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import Paper, apply, replay
@@ -15,10 +15,6 @@ from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.quiet_folds import QuietFolds
 from folding_server.vision.solver.transition import explain
 from label_views import lit_scene, views
-from paths import ROOT
-
-sys.path.insert(0, str(ROOT / "benchmarks" / "reconstruction"))
-from exactness import exactness
 
 BOOK: tuple[Action, ...] = (
     AddVertex(edge=(1, 2), position=0.5),

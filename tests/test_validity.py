@@ -27,10 +27,7 @@ from folding_server.simulator import (
 from folding_server.simulator.foldability import check_paper
 from folding_server.simulator.validity import violations
 from folding_server.simulator.validity.contacts import common_stretch, meet_across
-from paths import SHARED
-
-RECORDED = sorted((SHARED / "programs" / "recorded").glob("*.json"))
-FIGURES = sorted((SHARED / "programs").glob("figure_*.json"))
+from papers import FIGURES, RESULTS
 
 
 def kinds(paper: Paper) -> set[str]:
@@ -89,8 +86,8 @@ def test_every_state_of_the_published_figures_is_valid(path):
         assert violations(paper) == []
 
 
-@pytest.mark.parametrize("path", RECORDED, ids=lambda path: path.stem)
-def test_every_state_of_the_recorded_results_is_valid_and_the_last_folds_flat(path):
+@pytest.mark.parametrize("path", RESULTS)
+def test_every_state_of_the_known_results_is_valid_and_the_last_folds_flat(path):
     paper = new_paper()
     for recorded in load_recorded(path.read_text()).actions:
         paper = apply(paper, resolved(paper, recorded))

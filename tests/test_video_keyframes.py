@@ -10,8 +10,9 @@ from folding_server.frames.image_differences import changed_pixels, soften, soli
 from folding_server.frames.keyframes import propose_keyframes
 from folding_server.frames.sequence_writer import DeclaredSheet, keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence
-from paths import SHARED
+from paths import EXAMPLES
 from PIL import Image
+from reference import reference_files
 from videos import HOUSE, KITE, SQUARE, TAB, TRIANGLE, Camera, Clip, Hold, Rest, Work, encode, write_clip
 
 FOLDS = (
@@ -25,6 +26,7 @@ FOLDS = (
     Work(HOUSE, TAB),
     Rest(TAB),
 )
+TULIP = reference_files("photos/rendered", "how_to_make_an_easy_origami_tulip_stem")
 
 
 def shots_of(clip: Clip, keyframes: list[int]) -> list[int]:
@@ -135,15 +137,18 @@ def test_progress_is_told_and_ends_at_the_end(tmp_path: Path) -> None:
     assert 0.9 < told[-1] <= 1.0
 
 
-def test_ray_traced_paper_is_told_apart_frame_by_frame(tmp_path: Path) -> None:
-    sequence = load_sequence(SHARED / "photos/rendered/how_to_make_an_easy_origami_tulip_stem")
+@pytest.mark.parametrize("folder", [pytest.param(EXAMPLES / "cup", id="cup"), *TULIP])
+def test_photos_of_paper_are_told_apart_frame_by_frame(tmp_path: Path, folder: Path) -> None:
+    sequence = load_sequence(folder)
     photos = [sequence.source.read(index, 320) for index in sequence.keyframes]
     frames = [
         photo if beat < 12 else np.roll(photo, 30 * beat, axis=1) for photo in photos for beat in range(18)
     ]
-    encode(tmp_path / "tulip.mp4", iter(frames), [n / 15 for n in range(len(frames))])
-    found = propose_keyframes(tmp_path / "tulip.mp4")
-    assert [(index // 18, index % 18 < 12) for index in found] == [(frame, True) for frame in range(9)]
+    encode(tmp_path / "paper.mp4", iter(frames), [n / 15 for n in range(len(frames))])
+    found = propose_keyframes(tmp_path / "paper.mp4")
+    assert [(index // 18, index % 18 < 12) for index in found] == [
+        (frame, True) for frame in range(len(photos))
+    ]
 
 
 def test_a_change_of_light_or_grain_is_no_difference() -> None:

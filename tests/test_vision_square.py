@@ -6,16 +6,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from blackboard import BAND, BIRD, FLAT_TRIANGLE, TRIANGLE, Outline, board
 from folding_server.errors import PhotoError
 from folding_server.geometry.isometry import turn
 from folding_server.simulator import flip, fold
 from folding_server.simulator.paper import new_paper
 from folding_server.vision.pose import pose_of
 from folding_server.vision.square import find_square, squareness
-from paths import SHARED
+from paths import EXAMPLES
+from photographed import vertex_pixels
+from reference import reference_files
+from reference_data import REFERENCE
 from vision_scenes import GRID, SIDE, Look, paint, read_rgb
 
-PHOTOS = SHARED / "photos"
+PHOTOS = REFERENCE / "photos"
 CORNERS = [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)]
 
 
@@ -28,11 +32,17 @@ def test_corners_are_found_below_the_pixel_and_numbered_with_the_least_turn(degr
     assert np.abs(np.array(pose.corners) - true).max() < 0.5
 
 
-@pytest.mark.parametrize("sequence", sorted((PHOTOS / "rendered").iterdir()), ids=lambda p: str(p.name)[:12])
-def test_corners_of_ray_traced_photos_are_right_to_two_thirds_of_a_pixel(sequence: Path) -> None:
+SEQUENCES = [
+    *(pytest.param(EXAMPLES / name, id=name) for name in ("cat", "cup", "heart")),
+    *reference_files("photos/rendered", "*"),
+]
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_corners_of_photos_are_right_to_two_thirds_of_a_pixel(sequence: Path) -> None:
     frame = json.loads((sequence / "truth.json").read_text())["frames"][0]
     pose = pose_of(find_square(read_rgb(sequence / frame["image"]), "Frame 1"))
-    true = np.array([frame["camera"]["vertex_pixels"][str(v)] for v in (1, 2, 3, 4)]) - 0.5
+    true = np.array([vertex_pixels(frame)[str(v)] for v in (1, 2, 3, 4)]) - 0.5
     assert np.linalg.norm(np.array(pose.corners) - true, axis=1).max() < 0.7
 
 
@@ -49,6 +59,30 @@ def test_perspective_views_of_a_square_are_square_and_rectangles_are_not() -> No
     assert squareness(np.array([[50, 150], [350, 150], [350, 250], [50, 250]], float), (400, 400)) > 0.5
 
 
+@pytest.mark.parametrize(
+    ("outlines", "said"),
+    [
+        ((), "nothing stands out"),
+        ((TRIANGLE,), "triangle"),
+        ((FLAT_TRIANGLE,), "triangle"),
+        (BAND, "corners"),
+        (BIRD, "corners"),
+    ],
+    ids=["empty board", "triangle", "flat triangle", "band", "bird"],
+)
+def test_something_else_on_a_blackboard_is_refused_with_what_was_seen(
+    outlines: tuple[Outline, ...], said: str
+) -> None:
+    with pytest.raises(PhotoError, match=said):
+        find_square(board(*outlines), "Frame 1")
+
+
+def test_a_disc_on_a_blackboard_is_refused_as_round() -> None:
+    with pytest.raises(PhotoError, match="round"):
+        find_square(board(round_sheet=115), "Frame 1")
+
+
+@pytest.mark.reference("photos/blackboard")
 @pytest.mark.parametrize(
     ("name", "said"),
     [

@@ -1,4 +1,6 @@
-"""The programs to reconstruct: those beside this file and, where ``shared`` lies there, published ones."""
+"""The programs to reconstruct: those beside this file, those of the paper and, where the reference data is, published
+results.
+"""
 
 import json
 from collections.abc import Iterable
@@ -8,10 +10,10 @@ from pathlib import Path
 from folding_schemas.actions import Action, Program
 from folding_server.interchange.programs import load_program, load_published, load_recorded, resolved
 from folding_server.simulator import apply, new_paper
+from reference_data import FIGURES, REFERENCE
 
 HERE = Path(__file__).resolve().parent
-SHARED = HERE.parents[2] / "shared"
-RENDERED = SHARED / "photos" / "rendered"
+RENDERED = REFERENCE / "photos" / "rendered"
 TOLERANCE, RENDERED_TOLERANCE = 0.02, 0.03
 """How far off (sheet units) a vertex may be, and how far in the ray-traced sequences."""
 
@@ -30,10 +32,8 @@ def programs() -> dict[str, Program]:
     """All programs by name: our own, then the figures', then the recorded ones."""
     return {
         **{path.stem: load_program(_text(path)) for path in _files(HERE / "programs")},
-        **{
-            path.stem: load_published(_text(path)).program for path in _files(SHARED / "programs", "figure_*")
-        },
-        **{path.stem: recorded(_text(path)) for path in _files(SHARED / "programs" / "recorded")},
+        **{path.stem: load_published(_text(path)).program for path in _files(FIGURES)},
+        **{path.stem: recorded(_text(path)) for path in _files(REFERENCE / "programs" / "recorded")},
     }
 
 
@@ -86,8 +86,8 @@ def _resolved(text: str) -> list[Action]:
     return actions
 
 
-def _files(folder: Path, stem: str = "*") -> list[Path]:
-    return sorted(folder.glob(f"{stem}.json"))
+def _files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.json"))
 
 
 def _text(path: Path) -> str:

@@ -11,7 +11,8 @@ LARGEST = 800_000
 def check_data_url(url: str) -> None:
     """Raise AssertionError unless the URL holds an image."""
     head, data = url.split(",", 1)
-    assert head.startswith("data:image/") and head.endswith(";base64"), head
+    assert head.startswith("data:image/"), head
+    assert head.endswith(";base64"), head
     check_base64(data, head.removeprefix("data:").removesuffix(";base64"))
 
 

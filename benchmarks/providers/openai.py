@@ -81,7 +81,8 @@ def _check_messages(messages: list[Body]) -> None:
         if role == "tool":
             assert expected, "a result follows the call that it answers"
             assert message["tool_call_id"] == expected.pop(0), "results come in the order of the calls"
-            assert isinstance(message["content"], str) and message["content"], "a result is text"
+            assert isinstance(message["content"], str), "a result is text"
+            assert message["content"], "a result is not empty"
             continue
         assert not expected, f"calls without a result: {expected}"
         if role == "assistant":
@@ -107,4 +108,5 @@ def _check_content(role: str, content: Any) -> None:
             assert role == "user", f"pictures belong in user messages, not in one of the {role}"
             check_data_url(part["image_url"]["url"])
         else:
-            assert part["type"] == "text" and part["text"], "a text is not empty"
+            assert part["type"] == "text", "a part is a text or a picture"
+            assert part["text"], "a text is not empty"
