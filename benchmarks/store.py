@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from uuid import uuid4
 
 from folding_schemas.actions import Rotate
 from folding_server.store.run_store import RunStore
@@ -61,11 +62,19 @@ def long_run(store: RunStore, events: int) -> RunView:
     view = store.create()
     while view.seq < events:
         for _ in range(ACTIONS_PER_FRAME):
-            view = store.act(view.run_id, Rotate(angle=view.seq))
-        view = store.save(view.run_id, view.base + 1)
+            view = turned(store, view.run_id, view.seq)
+        with store.change(view.run_id) as change:
+            view = change.save(view.base + 1)
         if view.base % ACTIONS_PER_FRAME == 0:
-            view = store.restore(view.run_id, 1)
+            with store.change(view.run_id) as change:
+                view = change.restore(1)
     return view
+
+
+def turned(store: RunStore, run_id: str, angle: float, request_id: str | None = None) -> RunView:
+    """The run after one more action."""
+    with store.change(run_id, request_id) as change:
+        return change.act(Rotate(angle=angle))
 
 
 def calls_on(
@@ -75,8 +84,9 @@ def calls_on(
     return {
         "load, cached": lambda: store.load(run_id),
         "load, uncached": lambda: forget(forgetful).load(run_id),
-        "act, cached": lambda: store.act(run_id, Rotate(angle=1)),
-        "act, uncached": lambda: forget(forgetful).act(run_id, Rotate(angle=1)),
+        "act, cached": lambda: turned(store, run_id, 1),
+        "act, cached, with a request id": lambda: turned(store, run_id, 1, str(uuid4())),
+        "act, uncached": lambda: turned(forget(forgetful), run_id, 1),
         "bare commit": lambda: bare_commit(bare),
     }
 

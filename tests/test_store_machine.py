@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import hypothesis.strategies as st
 import pytest
+from direct_store import DirectStore
 from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
-from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView, fold_events
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -70,7 +70,7 @@ class StoreMachine(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.store = RunStore("sqlite://")
+        self.store = DirectStore("sqlite://")
         self.run_id = self.store.create(sequence="cat", frames=FRAMES, budget=BUDGET).run_id
         self.model = Model()
 

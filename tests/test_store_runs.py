@@ -1,35 +1,36 @@
 """How a run behaves: checkpoints, attempts, the budget, commitments, and what is refused in which words."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from uuid import UUID
 
 import pytest
+from direct_store import DirectStore
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
-from folding_server.errors import RunError
+from folding_server.errors import ActionRefused, RunError
 from folding_server.store import rules
-from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView
 
 TURN, FLIP, FOLD = Rotate(angle=30), Flip(axis="x"), Fold(edge=(1, 3), direction=1)
 
 
 @pytest.fixture
-def store() -> Iterator[RunStore]:
-    with RunStore("sqlite://") as opened:
+def store() -> Iterator[DirectStore]:
+    with DirectStore("sqlite://") as opened:
         yield opened
 
 
 @pytest.fixture
-def run_id(store: RunStore) -> str:
+def run_id(store: DirectStore) -> str:
     """A run of a sequence of four frames, frame 1 saved."""
     view = store.create(sequence="cat", frames=4, fingerprint="abc", front_color="red", back_color="white")
     return store.save(view.run_id, 1).run_id
 
 
-def act(store: RunStore, run_id: str, *actions: Action) -> RunView:
+def act(store: DirectStore, run_id: str, *actions: Action) -> RunView:
     return [store.act(run_id, action) for action in actions][-1]
 
 
-def use_up(store: RunStore, run_id: str, frame: int) -> RunView:
+def use_up(store: DirectStore, run_id: str, frame: int) -> RunView:
     """Make five attempts at the frame: turns by 1 to 5 degrees, each given up."""
     for degrees in range(1, 6):
         store.act(run_id, Rotate(angle=degrees))
@@ -37,7 +38,7 @@ def use_up(store: RunStore, run_id: str, frame: int) -> RunView:
     return view
 
 
-def test_a_run_grows_frame_by_frame_into_a_program(store: RunStore, run_id: str) -> None:
+def test_a_run_grows_frame_by_frame_into_a_program(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN, FOLD)
     store.save(run_id, 2, notes="first fold")
     store.save(run_id, 3)
@@ -51,7 +52,7 @@ def test_a_run_grows_frame_by_frame_into_a_program(store: RunStore, run_id: str)
     assert view.actions == (TURN, FOLD, FLIP)
 
 
-def test_a_reopened_run_is_what_was_answered_last(store: RunStore, run_id: str) -> None:
+def test_a_reopened_run_is_what_was_answered_last(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     use_up(store, run_id, 2)
     answered = store.commit(run_id, 2, 3)
@@ -59,7 +60,7 @@ def test_a_reopened_run_is_what_was_answered_last(store: RunStore, run_id: str) 
     assert store.load(run_id) == answered
 
 
-def test_nothing_is_folded_before_frame_1_is_saved(store: RunStore) -> None:
+def test_nothing_is_folded_before_frame_1_is_saved(store: DirectStore) -> None:
     run_id = store.create(sequence="cat", frames=4).run_id
     with pytest.raises(RunError, match=r"save_checkpoint\(1\) first"):
         store.act(run_id, TURN)
@@ -68,7 +69,7 @@ def test_nothing_is_folded_before_frame_1_is_saved(store: RunStore) -> None:
     assert store.load(run_id).seq == 1
 
 
-def test_undo_takes_back_actions_down_to_the_checkpoint(store: RunStore, run_id: str) -> None:
+def test_undo_takes_back_actions_down_to_the_checkpoint(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN, FLIP)
     assert store.undo(run_id).pending == (TURN,)
     assert store.undo(run_id).pending == ()
@@ -76,7 +77,7 @@ def test_undo_takes_back_actions_down_to_the_checkpoint(store: RunStore, run_id:
         store.undo(run_id)
 
 
-def test_an_attempt_undone_to_nothing_still_counts_and_is_still_open(store: RunStore, run_id: str) -> None:
+def test_an_attempt_undone_to_nothing_still_counts_and_is_still_open(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     view = store.undo(run_id)
     assert view.used(2) == 1
@@ -85,20 +86,20 @@ def test_an_attempt_undone_to_nothing_still_counts_and_is_still_open(store: RunS
     assert store.restore(run_id, 1).next_attempt == 2
 
 
-def test_a_restore_without_an_action_before_it_is_no_attempt(store: RunStore, run_id: str) -> None:
+def test_a_restore_without_an_action_before_it_is_no_attempt(store: DirectStore, run_id: str) -> None:
     store.restore(run_id, 1)
     view = store.restore(run_id, 1)
     assert view.restores == {1: 2}
     assert view.used(2) == 0
 
 
-def test_saving_an_unchanged_state_is_an_attempt_without_actions(store: RunStore, run_id: str) -> None:
+def test_saving_an_unchanged_state_is_an_attempt_without_actions(store: DirectStore, run_id: str) -> None:
     view = store.save(run_id, 2)
     (attempt,) = view.attempts[2]
     assert (attempt.actions, attempt.outcome, attempt.label) == ((), "saved", "B1")
 
 
-def test_looking_back_loses_nothing(store: RunStore, run_id: str) -> None:
+def test_looking_back_loses_nothing(store: DirectStore, run_id: str) -> None:
     for frame in (2, 3, 4):
         act(store, run_id, TURN)
         finished = store.save(run_id, frame)
@@ -109,7 +110,7 @@ def test_looking_back_loses_nothing(store: RunStore, run_id: str) -> None:
     assert store.restore(run_id, 4).actions == finished.actions
 
 
-def test_saving_another_solution_drops_what_grew_from_the_old_one(store: RunStore, run_id: str) -> None:
+def test_saving_another_solution_drops_what_grew_from_the_old_one(store: DirectStore, run_id: str) -> None:
     for frame in (2, 3, 4):
         act(store, run_id, TURN)
         store.save(run_id, frame)
@@ -120,7 +121,7 @@ def test_saving_another_solution_drops_what_grew_from_the_old_one(store: RunStor
     assert view.program().steps == ((TURN,), (FLIP,))
 
 
-def test_saving_the_same_solution_again_keeps_what_grew_from_it(store: RunStore, run_id: str) -> None:
+def test_saving_the_same_solution_again_keeps_what_grew_from_it(store: DirectStore, run_id: str) -> None:
     for frame in (2, 3, 4):
         act(store, run_id, TURN)
         store.save(run_id, frame)
@@ -131,7 +132,7 @@ def test_saving_the_same_solution_again_keeps_what_grew_from_it(store: RunStore,
     assert view.next_frame == 4
 
 
-def test_a_sixth_attempt_is_refused_until_one_is_committed(store: RunStore, run_id: str) -> None:
+def test_a_sixth_attempt_is_refused_until_one_is_committed(store: DirectStore, run_id: str) -> None:
     view = use_up(store, run_id, 2)
     assert [attempt.outcome for attempt in view.attempts[2]] == ["restored"] * 5
     refusal = r"the 5 attempts at frame 2 are used up; call list_attempts\(2\), then commit_attempt\(2, k\)"
@@ -147,7 +148,7 @@ def test_a_sixth_attempt_is_refused_until_one_is_committed(store: RunStore, run_
     assert act(store, run_id, FLIP).actions == (Rotate(angle=4), FLIP)
 
 
-def test_the_fifth_attempt_may_go_on(store: RunStore, run_id: str) -> None:
+def test_the_fifth_attempt_may_go_on(store: DirectStore, run_id: str) -> None:
     for _ in range(4):
         act(store, run_id, TURN)
         store.restore(run_id, 1)
@@ -155,7 +156,9 @@ def test_the_fifth_attempt_may_go_on(store: RunStore, run_id: str) -> None:
     assert store.save(run_id, 2).base == 2
 
 
-def test_an_open_attempt_can_be_committed_and_is_given_up_for_another(store: RunStore, run_id: str) -> None:
+def test_an_open_attempt_can_be_committed_and_is_given_up_for_another(
+    store: DirectStore, run_id: str
+) -> None:
     act(store, run_id, TURN)
     store.restore(run_id, 1)
     act(store, run_id, FLIP)
@@ -167,7 +170,7 @@ def test_an_open_attempt_can_be_committed_and_is_given_up_for_another(store: Run
     assert [attempt.outcome for attempt in view.attempts[2]] == ["committed", "restored"]
 
 
-def test_attempts_count_over_the_whole_run_whatever_they_grew_from(store: RunStore, run_id: str) -> None:
+def test_attempts_count_over_the_whole_run_whatever_they_grew_from(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     store.save(run_id, 2)
     act(store, run_id, FOLD)
@@ -179,7 +182,7 @@ def test_attempts_count_over_the_whole_run_whatever_they_grew_from(store: RunSto
     assert [attempt.base_path for attempt in view.attempts[3]] == [(TURN,), (FLIP,)]
 
 
-def test_committing_saves_the_chain_that_the_attempt_grew_from(store: RunStore, run_id: str) -> None:
+def test_committing_saves_the_chain_that_the_attempt_grew_from(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     store.save(run_id, 2, notes="turned")
     act(store, run_id, FOLD)
@@ -192,7 +195,7 @@ def test_committing_saves_the_chain_that_the_attempt_grew_from(store: RunStore, 
     assert view.locked_to == 3
 
 
-def test_a_commitment_closes_the_frames_before_it_but_not_the_way_on(store: RunStore, run_id: str) -> None:
+def test_a_commitment_closes_the_frames_before_it_but_not_the_way_on(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     store.save(run_id, 2)
     act(store, run_id, FLIP)
@@ -210,7 +213,9 @@ def test_a_commitment_closes_the_frames_before_it_but_not_the_way_on(store: RunS
     assert store.restore(run_id, 3).base == 3
 
 
-def test_attempts_from_a_replaced_chain_neither_count_nor_can_be_chosen(store: RunStore, run_id: str) -> None:
+def test_attempts_from_a_replaced_chain_neither_count_nor_can_be_chosen(
+    store: DirectStore, run_id: str
+) -> None:
     act(store, run_id, TURN)
     store.save(run_id, 2)
     use_up(store, run_id, 3)
@@ -223,7 +228,7 @@ def test_attempts_from_a_replaced_chain_neither_count_nor_can_be_chosen(store: R
     assert (view.used(3), view.next_attempt, len(view.attempts[3])) == (1, 6, 6)
 
 
-def test_the_last_frame_ends_the_run(store: RunStore, run_id: str) -> None:
+def test_the_last_frame_ends_the_run(store: DirectStore, run_id: str) -> None:
     for frame in (2, 3, 4):
         store.save(run_id, frame)
     with pytest.raises(RunError, match=r"frame 4 is the last one.*restore_checkpoint\(3\)"):
@@ -245,14 +250,14 @@ def test_the_last_frame_ends_the_run(store: RunStore, run_id: str) -> None:
         (4, "frame 4 cannot be saved yet: the current state grew from checkpoint 2; the next to save is 3"),
     ],
 )
-def test_only_the_next_frame_can_be_saved(store: RunStore, run_id: str, frame: int, words: str) -> None:
+def test_only_the_next_frame_can_be_saved(store: DirectStore, run_id: str, frame: int, words: str) -> None:
     before = store.save(run_id, 2)
     with pytest.raises(RunError, match=words):
         store.save(run_id, frame)
     assert store.load(run_id) == before
 
 
-def test_refusals_name_what_there_is(store: RunStore, run_id: str) -> None:
+def test_refusals_name_what_there_is(store: DirectStore, run_id: str) -> None:
     with pytest.raises(RunError, match="frame 3 has no checkpoint to restore; saved frames: 1"):
         store.restore(run_id, 3)
     with pytest.raises(RunError, match="there is no attempt at frame 2; frames with attempts: none"):
@@ -262,7 +267,7 @@ def test_refusals_name_what_there_is(store: RunStore, run_id: str) -> None:
         store.commit(run_id, 2, 0)
 
 
-def test_a_free_fold_has_bookmarks_without_limit_and_no_attempts(store: RunStore) -> None:
+def test_a_free_fold_has_bookmarks_without_limit_and_no_attempts(store: DirectStore) -> None:
     view = store.create(sheet=(2.0, 1.0))
     run_id = view.run_id
     assert (view.base, view.budget, view.next_frame) == (1, None, 2)
@@ -281,14 +286,79 @@ def test_a_free_fold_has_bookmarks_without_limit_and_no_attempts(store: RunStore
         store.commit(run_id, 2, 1)
 
 
-def test_a_caller_that_decided_on_an_older_state_is_refused(store: RunStore, run_id: str) -> None:
-    seen = store.load(run_id)
-    store.act(run_id, TURN, after=seen.seq)
-    with pytest.raises(RunError, match="changed by another call meanwhile"):
-        store.act(run_id, FOLD, after=seen.seq)
+def test_what_is_refused_after_it_was_recorded_is_taken_back(store: DirectStore, run_id: str) -> None:
+    def act_and_refuse() -> None:
+        with store.change(run_id) as change:
+            assert change.act(TURN).pending == (TURN,)
+            raise ActionRefused("the paper is too small for this")
+
+    before = store.load(run_id)
+    with pytest.raises(ActionRefused):
+        act_and_refuse()
+    assert store.load(run_id) == before
+    assert act(store, run_id, FLIP).pending == (FLIP,)
 
 
-def test_a_changed_sequence_is_not_resumed(store: RunStore, run_id: str) -> None:
+def test_a_change_that_is_only_looked_at_changes_nothing(store: DirectStore, run_id: str) -> None:
+    with store.change(run_id) as change:
+        assert change.view.base == 1
+    assert store.load(run_id).seq == change.view.seq
+
+
+class TestRequestIds:
+    """A call that was carried out and is sent again with its request id."""
+
+    def test_every_change_is_carried_out_once_and_answered_alike(self, store: DirectStore) -> None:
+        opened = store.create(sequence="cat", frames=3, request_id=request(0))
+        run_id = opened.run_id
+        calls: list[Callable[[], RunView]] = [
+            lambda: store.save(run_id, 1, request_id=request(1)),
+            lambda: store.act(run_id, TURN, request(2)),
+            lambda: store.act(run_id, FOLD, request(3)),
+            lambda: store.undo(run_id, request(4)),
+            lambda: store.save(run_id, 2, "turned", request(5)),
+            lambda: store.restore(run_id, 1, request(6)),
+            lambda: store.commit(run_id, 2, 1, request(7)),
+        ]
+        answers = []
+        for call in calls:
+            answers.append(call())
+            assert call() == answers[-1]
+        store.forget()
+        assert [call() for call in calls] == answers
+        assert store.create(sequence="cat", frames=3, request_id=request(0)) == opened
+        assert [each.seq for each in store.history(run_id)] == list(range(1, 9))
+        assert len(store.list_runs()) == 1
+        assert store.load(run_id) == answers[-1]
+
+    def test_a_request_id_belongs_to_one_call(self, store: DirectStore, run_id: str) -> None:
+        store.act(run_id, TURN, request(1))
+        other = store.create(request_id=request(2)).run_id
+        before = store.load(run_id)
+        for call in (
+            lambda: store.act(run_id, FLIP, request(1)),
+            lambda: store.undo(run_id, request(1)),
+            lambda: store.act(other, TURN, request(1)),
+            lambda: store.create(request_id=request(1)),
+            lambda: store.undo(other, request(2)),
+            lambda: store.create(sequence="cat", frames=4, request_id=request(2)),
+        ):
+            with pytest.raises(RunError, match="was used by an earlier call with another tool or other arg"):
+                call()
+        assert store.load(run_id) == before
+        assert len(store.list_runs()) == 2
+
+    def test_a_refused_call_leaves_its_request_id_free(self, store: DirectStore, run_id: str) -> None:
+        with pytest.raises(RunError, match="no action to undo"):
+            store.undo(run_id, request(1))
+        assert store.act(run_id, TURN, request(1)).pending == (TURN,)
+
+
+def request(number: int) -> str:
+    return str(UUID(int=number))
+
+
+def test_a_changed_sequence_is_not_resumed(store: DirectStore, run_id: str) -> None:
     view = store.load(run_id)
     rules.check_same_sequence(view, "abc")
     with pytest.raises(RunError, match="its sequence 'cat' has changed"):
@@ -298,7 +368,7 @@ def test_a_changed_sequence_is_not_resumed(store: RunStore, run_id: str) -> None
 @pytest.mark.parametrize(
     "bad", ["", "nothing", "../../etc/passwd", "20260101-000000-aaaaaaaaaa", "x" * 5000, "١" * 8]
 )
-def test_an_unknown_run_is_refused_in_one_short_sentence(store: RunStore, bad: str) -> None:
+def test_an_unknown_run_is_refused_in_one_short_sentence(store: DirectStore, bad: str) -> None:
     assert not store.exists(bad)
     for call in (store.load, store.undo, store.history):
         with pytest.raises(RunError, match="there is no run .* call open_run without run_id") as refusal:
@@ -306,7 +376,7 @@ def test_an_unknown_run_is_refused_in_one_short_sentence(store: RunStore, bad: s
         assert len(str(refusal.value)) < 200
 
 
-def test_values_that_could_not_be_read_back_are_refused(store: RunStore, run_id: str) -> None:
+def test_values_that_could_not_be_read_back_are_refused(store: DirectStore, run_id: str) -> None:
     for action in (AddVertex(edge=(1, 2), position=float("nan")), Rotate(angle=float("inf"))):
         with pytest.raises(RunError, match="is not a finite number"):
             store.act(run_id, action)
@@ -328,13 +398,13 @@ def test_values_that_could_not_be_read_back_are_refused(store: RunStore, run_id:
         {"sequence": "cat", "frames": 3, "budget": 0},
     ],
 )
-def test_impossible_openings_are_refused(store: RunStore, opening: dict[str, object]) -> None:
+def test_impossible_openings_are_refused(store: DirectStore, opening: dict[str, object]) -> None:
     with pytest.raises(RunError):
         store.create(**opening)  # type: ignore[arg-type]
     assert store.list_runs() == []
 
 
-def test_runs_are_listed_oldest_first_with_what_happened(store: RunStore, run_id: str) -> None:
+def test_runs_are_listed_oldest_first_with_what_happened(store: DirectStore, run_id: str) -> None:
     free = store.create()
     listed = {run.run_id: (run.sequence, run.events) for run in store.list_runs()}
     assert listed == {run_id: ("cat", 2), free.run_id: (None, 1)}

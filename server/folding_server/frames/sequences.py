@@ -39,10 +39,14 @@ class Sequence:
         """The number of keyframes."""
         return len(self.keyframes)
 
-    def index(self, frame: int) -> int:
-        """The index in the video of keyframe `frame`; PhotoError if there is no such frame."""
+    def require(self, frame: int) -> None:
+        """Raise PhotoError unless there is a keyframe `frame`."""
         if isinstance(frame, bool) or not isinstance(frame, int) or not 1 <= frame <= self.frame_count:
             raise PhotoError(f"frame {frame} is not in 1..{self.frame_count}")
+
+    def index(self, frame: int) -> int:
+        """The index in the video of keyframe `frame`; PhotoError if there is no such frame."""
+        self.require(frame)
         return self.keyframes[frame - 1]
 
     def photo(self, frame: int) -> RgbImage:

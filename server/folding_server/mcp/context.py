@@ -3,14 +3,15 @@
 It finds the run that a call means, and the paper and the photos that go with it.
 """
 
-from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from uuid import UUID
 
+from folding_schemas.requests import REQUEST_ID
 from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
@@ -21,6 +22,7 @@ from folding_server.store.rules import check_same_sequence
 
 if TYPE_CHECKING:
     from folding_server.frames.sequences import Library, Sequence
+    from folding_server.store.change import Change
     from folding_server.store.run_store import RunStore
     from folding_server.store.views import RunView
 
@@ -43,7 +45,7 @@ class ServerSettings:
 class AppContext:
     """The shared state of one server process.
 
-    Runs live in the store; here are only caches, locks and the newest run. The store and the library are
+    Runs live in the store; here are only caches and the newest run. The store and the library are
     opened when first asked for, so that a server starts without what they load.
     """
 
@@ -54,7 +56,6 @@ class AppContext:
         self._store: RunStore | None = None
         self._library: Library | None = None
         self._newest: str | None = None
-        self._turns: defaultdict[str, Lock] = defaultdict(Lock)
         self._guard = Lock()
 
     @property
@@ -82,24 +83,30 @@ class AppContext:
         """Open the store and the library now, so that what is wrong with them shows before anyone calls."""
         _ = self.store, self.library
 
-    def open(self, sequence: str | None) -> "RunView":
-        """Start a run of a sequence, or a free fold. PhotoError if there is no such sequence."""
+    def open(self, sequence: str | None, request_id: str | None = None) -> "RunView":
+        """Start a run of a sequence, or a free fold; or answer with the run that the request has started before.
+
+        PhotoError if there is no such sequence, RunError if it has changed since the request was sent first.
+        """
         from folding_server.diagram.palette import colors_of  # noqa: PLC0415  (loads shapely)
 
         if sequence is None:
             free = colors_of(None, None)
-            return self._open(self.store.create(front_color=free.front, back_color=free.back))
+            return self._open(
+                self.store.create(front_color=free.front, back_color=free.back, request_id=request_id)
+            )
         photos = self.library.open(sequence)
         colors = colors_of(photos.front_color, photos.back_color)
-        return self._open(
-            self.store.create(
-                sequence=photos.name,
-                frames=photos.frame_count,
-                fingerprint=photos.fingerprint(),
-                front_color=colors.front,
-                back_color=colors.back,
-            )
+        run = self.store.create(
+            sequence=photos.name,
+            frames=photos.frame_count,
+            fingerprint=photos.fingerprint(),
+            front_color=colors.front,
+            back_color=colors.back,
+            request_id=request_id,
         )
+        check_same_sequence(run, photos.fingerprint())
+        return self._open(run)
 
     def resume(self, run_id: str, sequence: str | None = None) -> "RunView":
         """Take up a run again.
@@ -119,16 +126,19 @@ class AppContext:
 
         RunError if it is unknown, or none is named and none is meant.
         """
-        return self.store.load(run_id if run_id is not None else self._meant())
+        return self.store.load(self._named(run_id))
 
     @contextmanager
-    def holding(self, run_id: str | None) -> Iterator["RunView"]:
-        """Like ``run``, while other calls that would change the same run wait their turn."""
-        named = run_id if run_id is not None else self._meant()
-        with self._guard:
-            turn = self._turns[named]
-        with turn:
-            yield self.store.load(named)
+    def change(self, ctx: "ToolContext", run_id: str | None) -> Iterator["Change"]:
+        """One change of the run that a call means, decided on and recorded in one transaction of the store.
+
+        Folding the paper up to where it stands can take long after a restart, so it is done before the
+        transaction begins. RunError if the run is unknown, none is meant, or the call's request id is none.
+        """
+        run_id, request_id = self._named(run_id), request_id_of(ctx)
+        self.paper(self.store.last_seen(run_id))
+        with self.store.change(run_id, request_id) as change:
+            yield change
 
     def paper(self, run: "RunView") -> Paper:
         """The current state of a run."""
@@ -161,8 +171,10 @@ class AppContext:
         self._newest = run.run_id
         return run
 
-    def _meant(self) -> str:
-        """The run opened last in this process. RunError where that says nothing."""
+    def _named(self, run_id: str | None) -> str:
+        """The run id given, or that of the run opened last in this process. RunError where that says nothing."""
+        if run_id is not None:
+            return run_id
         if self.settings.shared:
             raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")
         if self._newest is None:
@@ -179,3 +191,17 @@ ToolContext: TypeAlias = Context[AppContext, Any]
 def app_context(ctx: ToolContext) -> AppContext:
     """The desk of the server that a call reached."""
     return ctx.request_context.lifespan_context
+
+
+def request_id_of(ctx: ToolContext) -> str | None:
+    """The UUID that the caller gave this call, so as to send it again if need be. RunError if it is none."""
+    given = (ctx.request_context.meta or {}).get(REQUEST_ID)
+    if given is None:
+        return None
+    try:
+        return str(UUID(str(given)))
+    except ValueError as error:
+        raise RunError(
+            f"{REQUEST_ID} {given!r:.80} is not possible: it must be a UUID made for this call; "
+            f"send one, or none at all."
+        ) from error

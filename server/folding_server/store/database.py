@@ -1,9 +1,10 @@
 """Where events are kept: one table of any SQL database, to which rows are only ever added.
 
-A run's events are numbered, and (run_id, seq) is the primary key: of two writers who both saw event n, one
-adds event n+1 and the other gets ``SeqTaken``, whatever the database. SQLite writes ahead (WAL) and syncs at
-every commit (FULL): what has been answered survives the death of the process and of the machine. Every
-failure of the database becomes a RunError of one sentence that names the database, without its password.
+Writers to a run wait for one another: SQLite has one write lock for the whole file, other databases lock the
+run's first row. Should a database know no such lock, the primary key (run_id, seq) still lets only one of two
+writers who saw event n add event n+1; the other gets ``Taken``. SQLite writes ahead (WAL) and syncs at every
+commit (FULL): what has been answered survives the death of the process and of the machine. Every failure of
+the database becomes a RunError of one sentence that names the database, without its password.
 """
 
 import json
@@ -11,22 +12,18 @@ import re
 import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from threading import Lock
+from typing import NamedTuple
 
 from pydantic import ValidationError
 from sqlalchemy import (
     URL,
-    Column,
     Connection,
     Engine,
-    Integer,
-    MetaData,
     QueuePool,
     Row,
-    String,
-    Table,
-    Text,
     create_engine,
     event,
     func,
@@ -34,12 +31,12 @@ from sqlalchemy import (
     make_url,
     select,
 )
-from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.pool import ConnectionPoolEntry
-from sqlalchemy.schema import CreateTable
 
 from folding_server.errors import RunError
-from folding_server.store.run_events import EVENT, FORMAT, Event
+from folding_server.store.run_events import EVENT, FORMAT, IN_COLUMNS, Event
+from folding_server.store.schema import EVENTS, bring_up_to_date
 
 DATABASE_NAME = "runs.sqlite3"
 """The file that holds the runs of a data folder."""
@@ -47,20 +44,16 @@ DATABASE_NAME = "runs.sqlite3"
 BUSY_SECONDS = 10.0
 """How long a writer waits for another process's transaction on the same SQLite file."""
 
-EVENTS = Table(
-    "folding_events",
-    MetaData(),
-    Column("run_id", String(40), primary_key=True),
-    Column("seq", Integer, primary_key=True, autoincrement=False),
-    Column("format", Integer, nullable=False),
-    Column("time", String(40), nullable=False),
-    Column("kind", String(16), nullable=False),
-    Column("payload", Text, nullable=False),
-)
+
+class Taken(Exception):
+    """Another writer was first: the event's number, or its request id, is in the table already."""
 
 
-class SeqTaken(Exception):
-    """Another writer has added an event with this number to the run; look again and try again."""
+class Requested(NamedTuple):
+    """The event that was recorded for a request, and its run."""
+
+    run_id: str
+    event: Event
 
 
 def database_url(folder: Path) -> str:
@@ -90,15 +83,27 @@ class Transaction:
         query = select(EVENTS.c.seq).where(EVENTS.c.run_id == run_id, EVENTS.c.seq == 1)
         return self._connection.execute(query).first() is not None
 
+    def lock(self, run_id: str) -> None:
+        """Make other writers to the run wait until this transaction ends. SQLite's have waited already."""
+        if self._connection.dialect.name != "sqlite":
+            query = select(EVENTS.c.seq).where(EVENTS.c.run_id == run_id, EVENTS.c.seq == 1)
+            self._connection.execute(query.with_for_update())
+
+    def requested(self, request_id: str) -> Requested | None:
+        """What was recorded for a request; None if nothing was. Raises RunError if it cannot be read."""
+        row = self._connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
+        return Requested(row.run_id, _event(row)) if row else None
+
     def append(self, run_id: str, added: Event) -> None:
-        """Add the event under its number; ``EventLog.writing`` raises SeqTaken if the number is taken."""
+        """Add the event; ``EventLog.writing`` raises Taken if its number or request id is taken."""
         row = {
             "run_id": run_id,
             "seq": added.seq,
             "format": FORMAT,
             "time": added.time.isoformat(),
             "kind": added.kind,
-            "payload": added.model_dump_json(exclude={"seq", "time", "kind"}),
+            "payload": added.model_dump_json(exclude=set(IN_COLUMNS)),
+            "request_id": added.request_id,
         }
         self._connection.execute(insert(EVENTS), row)
 
@@ -119,10 +124,12 @@ class EventLog:
     """The table of events in one database. Safe to share between threads; close it when done."""
 
     def __init__(self, url: str) -> None:
-        """Connect and make the table if it is missing. Raises RunError if the database cannot be used."""
+        """Connect and make or migrate the table. Raises RunError if the database cannot be used."""
         self._engine = _engine(url)
+        in_turn = self._engine.dialect.name == "sqlite"
+        self._turn: AbstractContextManager[object] = Lock() if in_turn else nullcontext()
         try:
-            self._create_table()
+            self._prepare()
         except BaseException:
             self.close()
             raise
@@ -139,32 +146,45 @@ class EventLog:
 
     @contextmanager
     def writing(self) -> Iterator[Transaction]:
-        """A transaction that may append; rolled back on any exception. Raises SeqTaken."""
-        with self._answered(), self._engine.connect() as connection:
+        """A transaction that may append; rolled back on any exception. Raises Taken.
+
+        Threads that write to SQLite take turns here: waiting for its lock, it may let one of many wait
+        until it gives up.
+        """
+        with self._answered(), self._turn, self._begun() as connection:
+            yield Transaction(connection)
+
+    @contextmanager
+    def _begun(self) -> Iterator[Connection]:
+        with self._engine.connect() as connection:
             connection.execution_options(writing=True)
             with connection.begin():
-                yield Transaction(connection)
+                yield connection
 
-    def _create_table(self) -> None:
-        create = CreateTable(EVENTS, if_not_exists=True)
+    def _prepare(self) -> None:
+        """Bring the table up to date.
+
+        Of two processes that do so at once on PostgreSQL, one fails when the other has done it, and then
+        finds all there.
+        """
         try:
-            with self._engine.connect() as connection:
-                connection.execution_options(writing=True)
-                with connection.begin():
-                    connection.execute(create)
-        except IntegrityError:
-            # PostgreSQL: another process made the table between the look and the making.
-            with self.reading() as transaction:
-                transaction.holds("")
+            try:
+                self._bring_up_to_date()
+            except (IntegrityError, ProgrammingError):
+                self._bring_up_to_date()
         except SQLAlchemyError as error:
             raise self._sentence(error) from error
+
+    def _bring_up_to_date(self) -> None:
+        with self._begun() as connection:
+            bring_up_to_date(connection)
 
     @contextmanager
     def _answered(self) -> Iterator[None]:
         try:
             yield
         except IntegrityError as error:
-            raise SeqTaken from error
+            raise Taken from error
         except SQLAlchemyError as error:
             raise self._sentence(error) from error
 
@@ -186,8 +206,8 @@ def _event(row: Row[tuple[object, ...]]) -> Event:
             f"use a newer server or open another run"
         )
     try:
-        payload = json.loads(row.payload)
-        return EVENT.validate_python({"seq": row.seq, "time": row.time, "kind": row.kind, **payload})
+        columns = {name: getattr(row, name) for name in IN_COLUMNS}
+        return EVENT.validate_python({**columns, **json.loads(row.payload)})
     except (ValidationError, ValueError, TypeError) as error:
         raise RunError(
             f"the record of run {row.run_id} is damaged at event {row.seq}; open another run with open_run"

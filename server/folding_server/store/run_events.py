@@ -2,6 +2,7 @@
 
 An event holds what was asked, not what came of it: checkpoints, attempts, counts and the current state are
 derived by ``views``. ``FORMAT`` is written beside every event; a reader refuses formats newer than its own.
+It says how ``payload`` is read: everything but the fields that have columns of their own, ``IN_COLUMNS``.
 """
 
 from typing import Annotated, Literal
@@ -12,12 +13,18 @@ from pydantic import AwareDatetime, Field, PositiveInt, TypeAdapter
 
 FORMAT = 1
 
+IN_COLUMNS = frozenset({"seq", "time", "kind", "request_id"})
+"""The fields of an event that are columns of the table; the others are its payload."""
+
 
 class Recorded(Wire):
-    """What all events have: their number within the run, from 1, and when they were recorded."""
+    """What all events have: their number within the run, from 1, when they were recorded, and the request id
+    of the call that asked for them, if it had one.
+    """
 
     seq: PositiveInt
     time: AwareDatetime
+    request_id: str | None = None
 
 
 class Opened(Recorded):

@@ -1,7 +1,7 @@
-"""``RunStore``: create, load and change runs. A change is one event, checked and added in one transaction."""
+"""``RunStore``: create, load and change runs. A change is one event, decided on and added in one transaction."""
 
-from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import reduce
@@ -10,12 +10,12 @@ from pathlib import Path
 from threading import Lock
 from typing import Self
 
-from folding_schemas.actions import Action
+from cachetools import LRUCache
 
 from folding_server.errors import RunError
-from folding_server.store import rules
-from folding_server.store.database import EventLog, SeqTaken, Transaction, database_url
-from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.change import Change, other_call, require_same_call
+from folding_server.store.database import EventLog, Requested, Taken, Transaction, database_url
+from folding_server.store.run_events import Event, Opened
 from folding_server.store.run_ids import is_run_id, new_run_id
 from folding_server.store.views import RecordDamaged, RunView, fold_events, opened_view, step
 
@@ -23,10 +23,7 @@ BUDGET = 5
 """How many attempts a frame of a sequence is allowed (paper, section "Bounded exploration")."""
 
 _CACHED_RUNS = 256
-_TRIES = 50
 _SHOWN_ID_LENGTH = 60
-
-MakeEvent = Callable[[int, datetime], Event]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,19 +39,21 @@ class RunSummary:
 class RunStore:
     """The runs of one database, shared by any number of threads and processes.
 
-    All changing methods return the run's new view. ``after`` is the ``seq`` of the view that the caller
-    decided on: if the run has moved on since, the change is refused, so an action is never added to a state
-    it was not computed for. All methods raise RunError, with nothing changed, for an unknown run, for what
-    the rules do not allow and for a database that cannot be used.
+    ::
 
-    Views of recent runs are kept; a call reads only the events that came after. Views are immutable and the
-    database decides every race, so nothing is locked while the database works.
+        with store.change(run_id) as change:
+            after = change.act(action)
+            paper = apply(paper_of(change.view), action)    # a refusal takes the action back
+
+    All methods raise RunError, with nothing changed, for an unknown run, for what the rules do not allow and
+    for a database that cannot be used. Views of recent runs are kept; a call reads only the events that came
+    after.
     """
 
     def __init__(self, url: str) -> None:
         """Open the database at an SQLAlchemy URL; makes the table if it is missing."""
         self._log = EventLog(url)
-        self._views: OrderedDict[str, RunView] = OrderedDict()
+        self._views: LRUCache[str, RunView] = LRUCache(_CACHED_RUNS)
         self._views_lock = Lock()
 
     @classmethod
@@ -87,17 +86,19 @@ class RunStore:
         back_color: str = "white",
         sheet: tuple[float, float] = (1.0, 1.0),
         budget: int = BUDGET,
+        request_id: str | None = None,
     ) -> RunView:
         """Start a run under a new id: of a sequence with its number of frames, or a free fold without either.
 
         ``fingerprint`` is any text that changes when the sequence does; ``rules.check_same_sequence``
-        compares it on resuming. A free fold has no budget.
+        compares it on resuming. A free fold has no budget. If the request has started a run before, the
+        answer is that run as it then was.
         """
         _check_opening(sequence, frames, sheet, budget)
-        now = datetime.now(UTC)
         opened = Opened(
             seq=1,
-            time=now,
+            time=datetime.now(UTC),
+            request_id=request_id,
             sequence=sequence,
             frames=frames,
             sheet=sheet,
@@ -106,7 +107,35 @@ class RunStore:
             fingerprint=fingerprint if sequence is not None else None,
             budget=budget if sequence is not None else None,
         )
-        return self._keep(opened_view(self._append_opened(opened), opened))
+        return self._keep(self._opened(opened))
+
+    @contextmanager
+    def change(self, run_id: str, request_id: str | None = None) -> Iterator[Change]:
+        """A transaction in which one change of the run is decided on and recorded; see ``Change``.
+
+        Nobody else changes the run within the context, and on SQLite nobody writes at all, so what is done
+        in it should be short. An exception leaves everything as it was. A ``request_id`` that an event was
+        recorded for before is not carried out again. The store may not be asked for anything else within
+        the context.
+        """
+        _check_run_id(run_id)
+        try:
+            with self._log.writing() as transaction:
+                transaction.lock(run_id)
+                change = self._begun(transaction, run_id, request_id)
+                yield change
+        except Taken as error:
+            raise RunError(
+                f"run {run_id} was changed by another call at the same moment; try again"
+            ) from error
+        if change.after is not None:
+            self._keep(change.after)
+
+    def last_seen(self, run_id: str) -> RunView:
+        """The run as this store saw it last, which may be behind; as it stands where it never did."""
+        with self._views_lock:
+            kept = self._views.get(run_id)
+        return kept or self.load(run_id)
 
     def load(self, run_id: str) -> RunView:
         """The run as it stands."""
@@ -141,92 +170,67 @@ class RunStore:
             raise _unknown(run_id)
         return events
 
-    def act(self, run_id: str, action: Action, *, after: int | None = None) -> RunView:
-        """Add an action, which the caller has found possible on the state of ``after``."""
-        return self._append(run_id, lambda seq, time: Acted(seq=seq, time=time, action=action), after)
-
-    def undo(self, run_id: str, *, after: int | None = None) -> RunView:
-        """Take back the newest action since the base checkpoint. The attempt it began still counts."""
-        return self._append(run_id, lambda seq, time: Undone(seq=seq, time=time), after)
-
-    def save(self, run_id: str, frame: int, notes: str | None = None, *, after: int | None = None) -> RunView:
-        """Save the current state as the checkpoint of the frame after the base, and stand on it."""
-        rules.check_notes(notes)
-        return self._append(
-            run_id, lambda seq, time: Saved(seq=seq, time=time, frame=frame, notes=notes), after
-        )
-
-    def restore(self, run_id: str, frame: int, *, after: int | None = None) -> RunView:
-        """Go back (or forth) to a frame's checkpoint; pending actions are given up, checkpoints stay."""
-        return self._append(run_id, lambda seq, time: Restored(seq=seq, time=time, frame=frame), after)
-
-    def commit(self, run_id: str, frame: int, attempt: int, *, after: int | None = None) -> RunView:
-        """Choose an attempt for good: save it and the chain it grew from, lock these frames, stand on it."""
-        return self._append(
-            run_id, lambda seq, time: Committed(seq=seq, time=time, frame=frame, attempt=attempt), after
-        )
-
-    def _append_opened(self, opened: Opened) -> str:
-        """The new id under which the run was opened; another one is drawn should an id be taken."""
+    def _opened(self, opened: Opened) -> RunView:
+        """The run that the event opens under a new id, or has opened before if it was requested before."""
         while True:
             run_id = new_run_id(opened.time)
             try:
                 with self._log.writing() as transaction:
+                    if (earlier := _requested(transaction, opened.request_id)) is not None:
+                        require_same_call(earlier.event, opened)
+                        return _folded(earlier.run_id, [earlier.event])
                     transaction.append(run_id, opened)
-            except SeqTaken:
+            except Taken:
                 continue
-            return run_id
+            return opened_view(run_id, opened)
 
-    def _append(self, run_id: str, make: MakeEvent, after: int | None) -> RunView:
-        _check_run_id(run_id)
-        for _ in range(_TRIES):
-            try:
-                return self._keep(self._append_once(run_id, make, after))
-            except SeqTaken:
-                continue
-        raise RunError(f"run {run_id} is being changed by too many callers at once; try again in a moment")
-
-    def _append_once(self, run_id: str, make: MakeEvent, after: int | None) -> RunView:
-        with self._log.writing() as transaction:
-            view = self._read(transaction, run_id)
-            if after is not None and view.seq != after:
-                raise RunError(
-                    f"run {run_id} was changed by another call meanwhile; call get_current_state first"
-                )
-            event = make(view.seq + 1, datetime.now(UTC))
-            rules.check(view, event)
-            transaction.append(run_id, event)
-        return step(view, event)
+    def _begun(self, transaction: Transaction, run_id: str, request_id: str | None) -> Change:
+        """A change of the run as it stands, or, if it was requested before, as it stood then."""
+        earlier = _requested(transaction, request_id)
+        if earlier is None:
+            return Change(transaction, self._read(transaction, run_id), request_id, None)
+        if earlier.run_id != run_id or isinstance(earlier.event, Opened):
+            raise other_call(request_id)
+        before = transaction.events(run_id)[: earlier.event.seq - 1]
+        return Change(transaction, _folded(run_id, before), request_id, earlier.event)
 
     def _read(self, transaction: Transaction, run_id: str) -> RunView:
         """The view as of this transaction, from the kept view and the events after it.
 
         The kept view's last event is read again: if it is gone, so is what the view was made of.
         """
-        kept = self._views.get(run_id)
+        with self._views_lock:
+            kept = self._views.get(run_id)
         events = transaction.events(run_id, kept.seq if kept else 1)
-        try:
-            if kept and events and events[0].time == kept.changed:
-                return reduce(step, events[1:], kept)
-            view = fold_events(run_id, transaction.events(run_id) if kept else events)
-        except RecordDamaged as error:
-            raise RunError(
-                f"the record of run {run_id} is damaged: {error}; open another run with open_run"
-            ) from error
-        if view is None:
-            raise _unknown(run_id)
-        return view
+        if kept and events and events[0].time == kept.changed:
+            return _folded(run_id, events[1:], kept)
+        return _folded(run_id, transaction.events(run_id) if kept else events)
 
     def _keep(self, view: RunView) -> RunView:
-        """Keep the view unless a newer one is kept already; forget the run used longest ago."""
+        """Keep the view unless a newer one is kept already; the run used longest ago is forgotten."""
         with self._views_lock:
             kept = self._views.get(view.run_id)
             if kept is None or kept.seq <= view.seq:
                 self._views[view.run_id] = view
-            self._views.move_to_end(view.run_id)
-            if len(self._views) > _CACHED_RUNS:
-                self._views.popitem(last=False)
         return view
+
+
+def _requested(transaction: Transaction, request_id: str | None) -> Requested | None:
+    """What was recorded for a request, if it has a name."""
+    return None if request_id is None else transaction.requested(request_id)
+
+
+def _folded(run_id: str, events: Sequence[Event], kept: RunView | None = None) -> RunView:
+    """The view of a run from its events, or from an earlier view and those after it."""
+    try:
+        view = reduce(step, events, kept) if kept else fold_events(run_id, events)
+    except RecordDamaged as error:
+        raise RunError(
+            f"the record of run {run_id} is damaged: {error}; open another run with open_run"
+        ) from error
+    if view is None:
+        raise _unknown(run_id)
+    return view
 
 
 def _check_run_id(run_id: str) -> None:

@@ -29,7 +29,16 @@ from types import MappingProxyType
 from folding_schemas.actions import Action, Program
 from folding_schemas.results import AttemptOutcome
 
-from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import (
+    IN_COLUMNS,
+    Acted,
+    Committed,
+    Event,
+    Opened,
+    Restored,
+    Saved,
+    Undone,
+)
 
 Actions = tuple[Action, ...]
 
@@ -198,7 +207,7 @@ def opened_view(run_id: str, event: Opened) -> RunView:
         seq=event.seq,
         opened=event.time,
         changed=event.time,
-        **event.model_dump(exclude={"kind", "seq", "time"}),
+        **event.model_dump(exclude=set(IN_COLUMNS)),
     )
     return _with_chain(view, (Checkpoint(1, (), ()),)) if view.free else view
 

@@ -1,10 +1,11 @@
 """Seeing: the eyes for each sequence, made once and used by one call at a time."""
 
-from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING
+
+from cachetools import LRUCache
 
 if TYPE_CHECKING:
     from folding_server.frames.sequences import Sequence
@@ -15,8 +16,7 @@ class ObserverCache:
     """Eyes by sequence, for the few used last: finding the sheet and learning its colours takes a while."""
 
     def __init__(self, size: int = 4) -> None:
-        self._size = size
-        self._eyes: OrderedDict[str, tuple[Lock, list[Eyes]]] = OrderedDict()
+        self._eyes: LRUCache[str, tuple[Lock, list[Eyes]]] = LRUCache(size)
         self._guard = Lock()
 
     @contextmanager
@@ -33,8 +33,4 @@ class ObserverCache:
     def _place(self, key: str) -> "tuple[Lock, list[Eyes]]":
         """The lock for a sequence's eyes, and the eyes once they are made."""
         with self._guard:
-            place = self._eyes.setdefault(key, (Lock(), []))
-            self._eyes.move_to_end(key)
-            if len(self._eyes) > self._size:
-                self._eyes.popitem(last=False)
-            return place
+            return self._eyes.setdefault(key, (Lock(), []))

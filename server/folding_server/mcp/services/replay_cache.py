@@ -1,8 +1,8 @@
 """Papers by the actions that lead to them, so that an action costs one step of folding and not a replay."""
 
-from collections import OrderedDict
 from threading import Lock
 
+from cachetools import LRUCache
 from folding_schemas.actions import Action
 
 from folding_server.simulator import Paper, apply, new_paper
@@ -15,8 +15,7 @@ class ReplayCache:
     """A bounded cache of papers: those used least recently go first. Safe to use from many threads."""
 
     def __init__(self, size: int = 512) -> None:
-        self._size = size
-        self._papers: OrderedDict[tuple[Sheet, Actions], Paper] = OrderedDict()
+        self._papers: LRUCache[tuple[Sheet, Actions], Paper] = LRUCache(size)
         self._lock = Lock()
 
     def after(self, sheet: Sheet, actions: Actions) -> Paper:
@@ -24,23 +23,14 @@ class ReplayCache:
         known, paper = self._longest_known(sheet, actions)
         for end in range(known, len(actions)):
             paper = apply(paper, actions[end])
-            self._keep(sheet, actions[: end + 1], paper)
+            with self._lock:
+                self._papers[sheet, actions[: end + 1]] = paper
         return paper
 
     def _longest_known(self, sheet: Sheet, actions: Actions) -> tuple[int, Paper]:
         """How many of the first actions have a paper in the cache, and that paper."""
         with self._lock:
             for end in range(len(actions), 0, -1):
-                key = sheet, actions[:end]
-                if key in self._papers:
-                    self._papers.move_to_end(key)
-                    return end, self._papers[key]
+                if (paper := self._papers.get((sheet, actions[:end]))) is not None:
+                    return end, paper
         return 0, new_paper(sheet)
-
-    def _keep(self, sheet: Sheet, actions: Actions, paper: Paper) -> None:
-        """Put a paper in the cache as the one used last."""
-        with self._lock:
-            self._papers[sheet, actions] = paper
-            self._papers.move_to_end((sheet, actions))
-            if len(self._papers) > self._size:
-                self._papers.popitem(last=False)

@@ -26,7 +26,7 @@ def list_attempts(
     """Show the attempts made at a frame, with a diagram of each."""
     app = app_context(ctx)
     run = app.run(run_id)
-    app.sequence(run).index(frame)
+    app.sequence(run).require(frame)
     made = run.attempts.get(frame, ())
     drawn = [_diagram(app, run, each) for each in made]
     listed = AttemptList(frame=frame, budget=run.budget or 0, attempts=[_info(each) for each in made])
@@ -39,8 +39,8 @@ def commit_attempt(
 ) -> Annotated[CallToolResult, AttemptCommitted]:
     """Settle a frame with one of its attempts."""
     app = app_context(ctx)
-    with app.holding(run_id) as before:
-        run = app.store.commit(before.run_id, frame, attempt, after=before.seq)
+    with app.change(ctx, run_id) as change:
+        run = change.commit(frame, attempt)
     committed = AttemptCommitted(
         frame=frame,
         attempt=attempt,

@@ -30,8 +30,8 @@ def save_checkpoint(
 ) -> Annotated[CallToolResult, CheckpointSaved]:
     """Record the current state as a keyframe's solution."""
     app = app_context(ctx)
-    with app.holding(run_id) as before:
-        run = app.store.save(before.run_id, frame, notes, after=before.seq)
+    with app.change(ctx, run_id) as change:
+        run = change.save(frame, notes)
     saved = CheckpointSaved(
         frame=frame,
         actions=list(run.checkpoints[frame].actions),
@@ -47,8 +47,8 @@ def restore_checkpoint(
 ) -> Annotated[CallToolResult, CheckpointRestored]:
     """Go back to a saved frame."""
     app = app_context(ctx)
-    with app.holding(run_id) as before:
-        run = app.store.restore(before.run_id, frame, after=before.seq)
+    with app.change(ctx, run_id) as change:
+        run = change.restore(frame)
     restored = CheckpointRestored(
         frame=frame,
         next_attempt=run.next_attempt,

@@ -1,4 +1,4 @@
-"""The five folding primitives and ``undo``: refuse early, apply to the paper, append to the store, answer."""
+"""The five folding primitives and ``undo``: record in the store, apply to the paper, commit, answer."""
 
 from typing import Annotated
 
@@ -14,7 +14,6 @@ from folding_server.mcp.services.run_status import attempt_in_words
 from folding_server.simulator import Paper, folded_state
 from folding_server.simulator.state_diff import StateDifference, state_difference
 from folding_server.simulator.vertices import id_ranges
-from folding_server.store.rules import check_may_act
 from folding_server.store.views import RunView
 
 Answer = Annotated[CallToolResult, ActionResult]
@@ -48,20 +47,20 @@ def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> Answer:
 def undo(ctx: ToolContext, run_id: RunId = None) -> Answer:
     """Take back the last action."""
     app = app_context(ctx)
-    with app.holding(run_id) as before:
-        after = app.store.undo(before.run_id, after=before.seq)
+    with app.change(ctx, run_id) as change:
+        after = change.undo()
+    before = change.view
     said = f"Took back {action_text(before.pending[-1])}."
     return _answer(said, after, app.paper(before), app.paper(after))
 
 
 def _act(ctx: ToolContext, run_id: str | None, action: actions.Action) -> CallToolResult:
-    """Apply one action: nothing is stored that the simulator refuses, nothing answered that is not stored."""
+    """Apply one action: what the simulator refuses is taken back, and nothing is answered that is not stored."""
     app = app_context(ctx)
-    with app.holding(run_id) as before:
-        check_may_act(before)
-        paper = app.replays.after(before.sheet, (*before.actions, action))
-        after = app.store.act(before.run_id, action, after=before.seq)
-    return _answer(f"Done: {action_text(action)}.", after, app.paper(before), paper)
+    with app.change(ctx, run_id) as change:
+        after = change.act(action)
+        paper = app.paper(after)
+    return _answer(f"Done: {action_text(action)}.", after, app.paper(change.view), paper)
 
 
 def _answer(said: str, run: RunView, before: Paper, after: Paper) -> CallToolResult:

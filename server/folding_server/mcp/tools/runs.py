@@ -6,7 +6,7 @@ from folding_schemas.results import RunInfo, SequenceInfo, SequenceList
 from mcp.types import CallToolResult
 from pydantic import Field
 
-from folding_server.mcp.context import AppContext, ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context, request_id_of
 from folding_server.mcp.parameters import RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.run_status import next_step, run_info
@@ -39,7 +39,7 @@ def open_run(
 ) -> Annotated[CallToolResult, RunInfo]:
     """Start a run or resume one."""
     app = app_context(ctx)
-    run = app.resume(run_id, sequence) if run_id is not None else app.open(sequence)
+    run = app.resume(run_id, sequence) if run_id is not None else app.open(sequence, request_id_of(ctx))
     verb = "Resumed" if run_id is not None else "Opened"
     about = f"on {run.sequence}, {run.frames} frames" if run.sequence else "as a free fold"
     return call_tool_result(f"{verb} run {run.run_id} {about}. {next_step(run)}", run_info(run))

@@ -75,7 +75,7 @@ def compare_to_frame(
     app = app_context(ctx)
     run = app.run(run_id)
     photos = app.sequence(run)
-    photos.index(frame)
+    photos.require(frame)
     actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
     paper = app.replays.after(run.sheet, actions)
     progress = Progress(ctx, total=2)

@@ -26,7 +26,7 @@ def propose_actions(
     app = app_context(ctx)
     run = app.run(run_id)
     photos = app.sequence(run)
-    photos.index(frame)
+    photos.require(frame)
     check_between(run, frame)
     progress = Progress(ctx, total=2)
     progress.step("finding the sheet in the photos")
