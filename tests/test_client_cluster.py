@@ -4,6 +4,9 @@ import asyncio
 import json
 import os
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +17,8 @@ from folding_client.batch import cluster
 from folding_client.batch.cluster import run_on_cluster
 from folding_client.batch.runner import BatchEntry, Listener
 from folding_client.interrupts import UsageError
-from folding_client.record.event_log import EventLog
+from folding_client.record.event_log import EventLog, read_events
+from folding_client.record.folder import RunFolder
 from test_client_commands import TURN, command, save, script
 
 
@@ -109,14 +113,81 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(
 
 
 def test_two_processes_do_not_work_on_one_run(tmp_path: Path) -> None:
-    log = EventLog(tmp_path / "events.jsonl")
+    first, second = RunFolder(tmp_path), RunFolder(tmp_path)
+    first.create()
+    log = EventLog(first.events)
     log.append("opened")
-    with pytest.raises(UsageError, match="Another process works on the run"):
-        EventLog(tmp_path / "events.jsonl")
+    for begin in (second.create, second.hold):
+        with pytest.raises(UsageError, match="Another process works on the run"):
+            begin()
     log.close()
-    again = EventLog(tmp_path / "events.jsonl")
+    assert [event["seq"] for event in read_events(first.events)] == [1], "it is refused before it writes"
+    first.release()
+    second.hold()
+    again = EventLog(second.events)
     assert again.append("resumed")["seq"] == 2
     again.close()
+    second.release()
+
+
+def test_a_run_that_ended_meanwhile_is_not_begun_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other process holds the folder when this one looks, and has written its run when this one holds it."""
+    first, second = RunFolder(tmp_path / "run"), RunFolder(tmp_path / "run")
+    first.create()
+    first.events.write_text("all that was done\n")
+
+    def end_and_hold() -> None:
+        first.write_json("run.json", {"format": 1})
+        first.release()
+        RunFolder.hold(second)
+
+    monkeypatch.setattr(second, "hold", end_and_hold)
+    with pytest.raises(UsageError, match="holds a run already"):
+        second.create()
+    assert first.events.read_text() == "all that was done\n"
+    first.hold()
+    first.release()
+
+
+HOLDER = """
+import sys, time
+from pathlib import Path
+from folding_client.interrupts import UsageError
+from folding_client.record.folder import RunFolder
+
+folder = RunFolder(Path(sys.argv[1]))
+while time.time() < float(sys.argv[2]):
+    pass
+try:
+    folder.create()
+except UsageError as refusal:
+    print(refusal)
+else:
+    folder.events.write_text("opened\\n")
+    print("mine", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_of_processes_started_together_on_one_folder_one_wins(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    words = [sys.executable, "-c", HOLDER, str(run), str(time.time() + 1.5)]
+    started = [
+        subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(3)
+    ]
+    lines = [process.stdout.readline() for process in started if process.stdout]
+    refusal = f"Another process works on the run in {run}; wait until it has ended.\n"
+    assert sorted(lines) == sorted(["mine\n", refusal, refusal])
+    assert (run / "events.jsonl").read_text() == "opened\n"
+    winner = started[lines.index("mine\n")]
+    winner.kill()
+    for process in started:
+        process.communicate()
+    after = RunFolder(run)
+    after.hold()
+    after.release()
 
 
 def test_a_worker_that_dies_loses_nothing_that_was_saved(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequenc
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
+from folding_client.record.folder import RunFolder
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay
 from folding_client.settings import Settings
@@ -74,7 +75,15 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
             "keyframes where that server looks for sequences."
         )
         raise UsageError(message)
-    return await write_sequence(video, out / "sequence", partial(typer.echo, err=True))
+    folder = RunFolder(out)
+    folder.claim()
+    try:
+        return await write_sequence(video, out / "sequence", partial(typer.echo, err=True))
+    except UsageError:
+        folder.discard()
+        raise
+    finally:
+        folder.release()
 
 
 def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:

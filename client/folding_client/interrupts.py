@@ -4,6 +4,7 @@ Interrupt
 ├── NothingCalled        a reply without a tool call: the model is nudged, the third time rewound
 ├── CallRefused          a call that cannot be sent: the reason goes back to the model as the call's result
 ├── ToolRefused          the server refused a call of the client's own
+├── ConnectionLost       the server went away before it answered: it is started again and asked again
 ├── StepOver             a frame was saved: the next step starts from a fresh context
 ├── AttemptsUsedUp       the frame's budget is spent: the selector picks among the attempts
 ├── StepFailed           the step goes back to its checkpoint and starts again; counted
@@ -37,6 +38,10 @@ class CallRefused(Interrupt):
 
 class ToolRefused(Interrupt):
     """The server answered a call of the client's own with an error; the message is the server's."""
+
+
+class ConnectionLost(Interrupt):
+    """The server went away before it answered."""
 
 
 class StepOver(Interrupt):

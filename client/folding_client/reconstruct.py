@@ -76,6 +76,16 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
     UsageError if the sequence or a model given is not the run's, or the run is complete.
     """
     folder = RunFolder(path.expanduser().resolve())
+    folder.description()
+    folder.hold()
+    try:
+        return _resumed_job(path, folder, sequence, settings)
+    except UsageError:
+        folder.release()
+        raise
+
+
+def _resumed_job(path: Path, folder: RunFolder, sequence: Path | None, settings: Settings) -> Job:
     about = folder.description()
     recorded = Path(about["sequence"]["folder"])
     if sequence is not None and sequence.expanduser().resolve() != recorded:
@@ -140,10 +150,13 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
     except UsageError:
         job.folder.discard()
         raise
+    finally:
+        job.folder.release()
 
 
 async def _recorded(job: Job, progress: Progress) -> Outcome:
     """Carry a job out and keep a record of it."""
+    job.folder.hold()
     recorder = Recorder(job.folder, _about(job))
     try:
         role_models = make_role_models(job.settings, recorder)
@@ -178,6 +191,8 @@ async def _worked(
 
 
 async def _opened(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo:
+    if recorder.unanswered is not None:
+        await server.answer(recorder.unanswered)
     try:
         info = await server.open_run(job.name, recorder.about.get("run_id"))
     except ToolRefused as refusal:

@@ -2,6 +2,7 @@
 
 FoldingError
 ├── ActionRefused      the simulator cannot do this to this paper
+├── AddressError       this address cannot be served on
 ├── PhotoError         an image or a sequence cannot be used
 ├── ProgramError       a program or an interchange file cannot be read
 └── RunError           a run, checkpoint or attempt does not allow this
@@ -14,6 +15,10 @@ class FoldingError(Exception):
 
 class ActionRefused(FoldingError):
     """The action is impossible on this paper; the paper is as it was."""
+
+
+class AddressError(FoldingError):
+    """An address that cannot be served on."""
 
 
 class PhotoError(FoldingError):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from folding_client.messages import Message, Picture, ToolResult
-from folding_client.protocol.recovery import ACTIONS
+from folding_client.protocol.acting import ACTIONS
 
 _STATE = ("state",)
 _UNSAID: dict[str, tuple[str, ...]] = {

@@ -7,6 +7,9 @@ from folding_schemas.actions import Action
 from folding_client.interrupts import ToolRefused
 from folding_client.protocol.server_client import ServerClient
 
+ACTIONS = frozenset({"add_vertex", "fold", "unfold", "rotate", "flip"})
+"""The tools that carry out an action; each has the name of its action."""
+
 
 async def carry_out(server: ServerClient, actions: Sequence[Action]) -> None:
     """Carry out actions in order. ToolRefused at the first that is refused."""

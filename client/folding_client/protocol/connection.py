@@ -10,22 +10,19 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO, TypeVar
+from typing import Any, TextIO, TypeVar, cast
 
+from folding_schemas.requests import REQUEST_ID
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
-from mcp.types import CallToolResult, Tool
+from mcp.types import CallToolResult, RequestParamsMeta, Tool
 
-from folding_client.interrupts import Interrupt
+from folding_client.interrupts import ConnectionLost
 
 Answer = TypeVar("Answer")
 _CONNECTION_CLOSED = -32000
 _TIMED_OUT = -32001
-
-
-class ConnectionLost(Interrupt):
-    """The server went away before it answered."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +46,7 @@ class ServerAddress:
 class _Request:
     name: str
     arguments: Mapping[str, Any]
+    meta: RequestParamsMeta | None
     answer: asyncio.Future[CallToolResult]
 
 
@@ -70,11 +68,15 @@ class Connection:
         self._task = asyncio.create_task(self._serve())
         await self._until(self._ready)
 
-    async def call(self, name: str, arguments: Mapping[str, Any]) -> CallToolResult:
-        """Call a tool. ConnectionLost if the server does not live to answer; MCPError if it refuses the
-        request.
+    async def call(
+        self, name: str, arguments: Mapping[str, Any], request_id: str | None = None
+    ) -> CallToolResult:
+        """Call a tool; with a request id, a call that was carried out before is only answered again.
+
+        ConnectionLost if the server does not live to answer; MCPError if it refuses the request.
         """
-        request = _Request(name, arguments, asyncio.get_running_loop().create_future())
+        meta = None if request_id is None else cast("RequestParamsMeta", {REQUEST_ID: request_id})
+        request = _Request(name, arguments, meta, asyncio.get_running_loop().create_future())
         self._inbox.put_nowait(request)
         return await self._until(request.answer)
 
@@ -132,7 +134,7 @@ class Connection:
 async def _answer(client: Client, request: _Request) -> None:
     """Answer one request; what means that the connection is dead is raised, to end it."""
     try:
-        result = await client.call_tool(request.name, dict(request.arguments))
+        result = await client.call_tool(request.name, dict(request.arguments), meta=request.meta)
     except MCPError as error:
         if error.code in (_CONNECTION_CLOSED, _TIMED_OUT):
             raise

@@ -4,6 +4,7 @@ import time
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from typing import Any, TextIO, TypeVar
+from uuid import uuid4
 
 from folding_schemas.actions import Action
 from folding_schemas.results import RunInfo
@@ -11,10 +12,10 @@ from folding_schemas.wire import Wire
 from mcp import MCPError
 from pydantic import ValidationError
 
-from folding_client.interrupts import ServerGone, ToolRefused
+from folding_client.interrupts import ConnectionLost, ServerGone, ToolRefused
 from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, ToolSpec
-from folding_client.protocol.connection import Connection, ConnectionLost, ServerAddress
-from folding_client.protocol.recovery import Standing, carried_out
+from folding_client.protocol.connection import Connection, ServerAddress
+from folding_client.protocol.requests import Request
 from folding_client.protocol.tool_results import tool_result
 from folding_client.record.recorder import Recorder
 from folding_client.record.redaction import without_keys
@@ -26,7 +27,8 @@ class ServerClient:
     """Calls the tools of a folding server for one run, which every call names.
 
     A server that dies is started again once and the run goes on from its store; the call that it took with it
-    is sent again unless the store shows that it was carried out. ServerGone if it dies twice in a row.
+    is sent again, with the same request id, under which the server carries it out once. ServerGone if it dies
+    twice in a row.
     """
 
     def __init__(self, address: ServerAddress, recorder: Recorder, log: TextIO) -> None:
@@ -35,7 +37,6 @@ class ServerClient:
         self._recorder = recorder
         self._log = log
         self._connection = Connection(address, log)
-        self._standing = Standing()
         self._losses = 0
 
     @property
@@ -80,13 +81,12 @@ class ServerClient:
     @asynccontextmanager
     async def another_run(self, sequence: str | None) -> AsyncIterator[None]:
         """Within the context, calls go to a fresh run of a sequence; afterwards to the run at hand again."""
-        kept = self.run_id, self._standing
-        self.run_id = None
+        kept, self.run_id = self.run_id, None
         try:
             await self.open_run(sequence)
             yield
         finally:
-            self.run_id, self._standing = kept
+            self.run_id = kept
 
     async def where(self) -> RunInfo:
         """Where the run stands."""
@@ -119,61 +119,64 @@ class ServerClient:
     ) -> ToolResult:
         """Call a tool on behalf of the agent or the client. ServerGone if the server died twice in a row."""
         full = without_keys(arguments if self.run_id is None else {**arguments, "run_id": self.run_id})
+        request = Request(by, name, full, None if self._only_reads(name) else str(uuid4()))
+        self._recorder.call(by, call, name, full, request.id)
+        return await self.answer(request)
+
+    async def answer(self, request: Request) -> ToolResult:
+        """Have a call that is on record answered, and record the result. ServerGone if the server died twice in
+        a row.
+        """
+        started = time.monotonic()
         while True:
-            self._recorder.call(by, call, name, full)
-            started = time.monotonic()
             try:
-                result = await self._send(name, full)
+                result = await self._send(request.tool, request.arguments, request.id)
             except ConnectionLost as loss:
-                settled = await self._recover(str(loss), name, full)
-                if settled is None:
-                    continue
-                result = settled
+                await self._restart(str(loss), request)
             else:
                 self._losses = 0
-            self._standing = self._standing.after(name, result)
-            self._recorder.result(by, name, result, time.monotonic() - started)
-            return result
+                self._recorder.result(request.by, request.tool, result, time.monotonic() - started)
+                return result
 
-    async def _send(self, name: str, arguments: JsonObject) -> ToolResult:
+    def _only_reads(self, name: str) -> bool:
+        return any(
+            tool.name == name and tool.annotations and tool.annotations.read_only_hint
+            for tool in self._connection.tools
+        )
+
+    async def _send(self, name: str, arguments: JsonObject, request_id: str | None = None) -> ToolResult:
         try:
-            return tool_result(await self._connection.call(name, arguments), name)
+            return tool_result(await self._connection.call(name, arguments, request_id), name)
         except MCPError as error:
             return ToolResult(error.message, is_error=True)
         except RuntimeError as error:
             message = f"The folding server's answer to {name} does not fit its own schema: {error}."
             raise ServerGone(message) from error
 
-    async def _recover(self, why: str, name: str, arguments: JsonObject) -> ToolResult | None:
-        """Start the server again and see what became of the call it died on; None if it must be sent
-        again.
-        """
+    async def _restart(self, why: str, request: Request) -> None:
+        """Start the server that died on a request again, and open its run, if there is one by now."""
         self._losses += 1
-        self._recorder.event("server_lost", reason=why, call=name, in_a_row=self._losses)
+        self._recorder.event("server_lost", reason=why, call=request.tool, in_a_row=self._losses)
         if self._losses > 1:
             message = f"The folding server ended twice in a row ({why}); the run can be resumed."
             raise ServerGone(message)
         await self._connection.close()
         self._connection = Connection(self._address, self._log)
         await self.start()
-        if self.run_id is None:
-            return None
-        return await self._settle(name, arguments)
+        run_id = request.arguments.get("run_id")
+        if run_id is not None:
+            await self._reopen(run_id)
+        self._recorder.event("server_restarted", call=request.tool)
 
-    async def _settle(self, name: str, arguments: JsonObject) -> ToolResult | None:
+    async def _reopen(self, run_id: str) -> None:
         try:
-            reopened = await self._send("open_run", {"run_id": self.run_id})
-            if reopened.is_error:
-                message = f"The folding server does not know the run any more: {reopened.text}"
-                raise ServerGone(message)
-            info = RunInfo.model_validate(reopened.data)
-            state = await self._send("get_current_state", {"run_id": self.run_id})
+            opened = await self._send("open_run", {"run_id": run_id})
         except ConnectionLost as loss:
             message = f"The folding server ended twice in a row ({loss}); the run can be resumed."
             raise ServerGone(message) from loss
-        settled = carried_out(name, arguments, self._standing, info, state.data or {})
-        self._recorder.event("server_restarted", pending=len(info.pending), carried_out=settled is not None)
-        return settled
+        if opened.is_error:
+            message = f"The folding server does not know the run any more: {opened.text}"
+            raise ServerGone(message)
 
 
 def _without_run_id(schema: JsonObject) -> JsonObject:

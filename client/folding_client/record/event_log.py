@@ -1,6 +1,5 @@
 """The append-only log of a run: one JSON object a line, flushed as it is written."""
 
-import fcntl
 import json
 import os
 import time
@@ -16,8 +15,9 @@ Event = dict[str, Any]
 
 
 class EventLog:
-    """Appends events to a file; reopening it continues the numbering and drops a line that was cut off. UsageError
-    while another process appends to it.
+    """Appends events to a file; reopening it continues the numbering and drops a line that was cut off.
+
+    The run folder's lock keeps other processes from appending to it.
 
     Every event has ``seq`` (from 1), ``time`` (UTC), ``elapsed`` (seconds since the log was opened) and
     ``kind``.
@@ -25,7 +25,6 @@ class EventLog:
 
     def __init__(self, path: Path) -> None:
         self._file: IO[str] = path.open("a", encoding="utf-8")
-        _lock(self._file, path)
         self._seq = _mend(path)
         self._opened = time.monotonic()
 
@@ -69,16 +68,6 @@ def read_events(path: Path) -> Iterator[Event]:
                 f"Line {number} of {path} is not JSON, so the record is damaged; use another run folder."
             )
             raise UsageError(message) from error
-
-
-def _lock(file: IO[str], path: Path) -> None:
-    """Keep other processes out until the file is closed, or the process ends however it does."""
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        file.close()
-        message = f"Another process works on the run in {path.parent}; wait until it has ended."
-        raise UsageError(message) from error
 
 
 def _mend(path: Path) -> int:

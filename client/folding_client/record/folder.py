@@ -8,22 +8,30 @@ import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from folding_client.interrupts import UsageError
 from folding_client.messages import Picture
 from folding_client.record.redaction import redact
 
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
 _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/svg+xml": "svg"}
 
 
 class RunFolder:
-    """A run's files: ``run.json``, ``events.jsonl``, ``images/``, ``store/`` and, at the end, the results."""
+    """A run's files: ``run.json``, ``events.jsonl``, ``images/``, ``store/`` and, at the end, the results.
+
+    Whoever writes to them holds the folder first. The hidden file ``.lock`` is what is locked; it stays, and
+    means nothing when nobody holds it.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.events = path / "events.jsonl"
         self.store = path / "store"
+        self._lock: BaseFileLock | None = None
         self._made: tuple[Path, ...] = ()
         self._parents: tuple[Path, ...] = ()
 
@@ -36,33 +44,82 @@ class RunFolder:
             )
             raise UsageError(message)
 
-    def create(self) -> None:
-        """Make the folder, without what a run that never began may have left. UsageError if a run is in it
-        already or it cannot be made.
+    def hold(self) -> None:
+        """Keep other processes out until ``release``, or until this process ends however it does. UsageError if
+        another holds the folder already.
+        """
+        if self._lock is not None:
+            return
+        from filelock import FileLock, Timeout  # noqa: PLC0415  (takes a while to load)
+
+        lock = FileLock(self.path / ".lock", blocking=False, thread_local=False)
+        try:
+            lock.acquire()
+        except Timeout as error:
+            message = f"Another process works on the run in {self.path}; wait until it has ended."
+            raise UsageError(message) from error
+        except OSError as error:
+            raise self._unusable(error) from error
+        self._lock = lock
+
+    def release(self) -> None:
+        """Let other processes work on the run; nothing if it is not held."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def claim(self) -> None:
+        """Make the folder and hold it for a new run. UsageError if a run is in it already, another process
+        holds it, or it cannot be made.
         """
         self.require_free()
-        images = self.path / "images"
-        self._made = tuple(folder for folder in (images, self.store, self.path) if not folder.exists())
-        self._parents = tuple(folder for folder in self.path.parents if not folder.exists())
+        made = () if self.path.exists() else (self.path,)
+        parents = tuple(folder for folder in self.path.parents if not folder.exists())
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise self._unusable(error) from error
+        self.hold()
+        self._made, self._parents = made, parents
+        try:
+            self.require_free()
+        except UsageError:
+            self.release()
+            raise
+
+    def create(self) -> None:
+        """Make and hold the folder, without what a run that never began may have left. UsageError as ``claim``."""
+        self.claim()
+        inside = self.path / "images", self.store
+        self._made = (*(folder for folder in inside if not folder.exists()), *self._made)
         try:
             self.events.unlink(missing_ok=True)
-            images.mkdir(parents=True, exist_ok=True)
-            self.store.mkdir(exist_ok=True)
+            for folder in inside:
+                folder.mkdir(exist_ok=True)
         except OSError as error:
-            message = f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
-            raise UsageError(message) from error
+            self.discard()
+            raise self._unusable(error) from error
 
     def discard(self) -> None:
-        """Remove the folders that ``create`` made for a run that never began; nothing if ``run.json`` says that it began.
+        """Remove the folders made for a run that never began, and release; nothing if ``run.json`` says that it
+        began.
 
         What was there before stays: a run may be sent to a folder that holds other things, and others beside it.
         """
-        if not (self.path / "run.json").exists():
+        if self._lock is not None and not (self.path / "run.json").exists():
             for own in self._made:
                 shutil.rmtree(own, ignore_errors=True)
             with suppress(OSError):
+                Path(self._lock.lock_file).unlink(missing_ok=True)
+            with suppress(OSError):
                 for parent in self._parents:
                     parent.rmdir()
+        self.release()
+
+    def _unusable(self, error: OSError) -> UsageError:
+        return UsageError(
+            f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
+        )
 
     def keep_picture(self, picture: Picture) -> str:
         """Write a picture under a name made from its content, once; the path inside the run folder."""

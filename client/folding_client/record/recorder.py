@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
+from folding_client.protocol.requests import unanswered
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder
 from folding_client.record.totals import Totals, deciders_of, decision, tallied, tally_of, totals_of
@@ -16,13 +17,17 @@ FORMAT = 1
 
 
 class Recorder:
-    """The one writer of a run folder. ``about`` is what ``run.json`` says beside outcome and sums."""
+    """The one writer of a run folder. ``about`` is what ``run.json`` says beside outcome and sums.
+
+    ``unanswered`` is the call that was on its way when the run was last cut short, if one was.
+    """
 
     def __init__(self, folder: RunFolder, about: dict[str, Any]) -> None:
         self.folder = folder
         self.about = about
         self._log = EventLog(folder.events)
         before = list(read_events(folder.events))
+        self.unanswered = unanswered(before)
         self.totals = totals_of(before)
         self._tally = tally_of(before)
         self._deciders = deciders_of(before)
@@ -68,9 +73,23 @@ class Recorder:
         self._add(role, usage, seconds)
         self.event("unreadable", role=role, seconds=round(seconds, 3), reason=reason, usage=asdict(usage))
 
-    def call(self, by: str, call: ToolCall | None, name: str, arguments: dict[str, Any]) -> None:
+    def call(
+        self,
+        by: str,
+        call: ToolCall | None,
+        name: str,
+        arguments: dict[str, Any],
+        request_id: str | None = None,
+    ) -> None:
         """A tool call goes to the server, for the agent or for the client itself."""
-        self.event("call", by=by, id=call.id if call else None, name=name, arguments=arguments)
+        self.event(
+            "call",
+            by=by,
+            id=call.id if call else None,
+            name=name,
+            arguments=arguments,
+            request_id=request_id,
+        )
 
     def result(self, by: str, name: str, result: ToolResult, seconds: float) -> None:
         """The server answered the last call."""

@@ -8,9 +8,9 @@ from typing import Any
 
 from mcp import MCPError
 
-from folding_client.interrupts import ServerGone
+from folding_client.interrupts import ConnectionLost, ServerGone
 from folding_client.messages import JsonObject, ToolResult
-from folding_client.protocol.connection import Connection, ConnectionLost, ServerAddress
+from folding_client.protocol.connection import Connection, ServerAddress
 from folding_client.protocol.tool_results import tool_result
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.folder import RunFolder, picture_name
@@ -38,25 +38,21 @@ class Replay:
 
 @dataclass(frozen=True)
 class Exchange:
-    """A recorded call and its result. ``compared`` is False if the result was put together after a crash."""
+    """A recorded call and its result."""
 
     call: Event
     result: Event
-    compared: bool
 
 
 def exchanges(events: Iterable[Event]) -> Iterator[Exchange]:
     """The answered calls of a recorded run in order; a call that was sent again counts once."""
     call: Event | None = None
-    compared = True
     for event in events:
         match event["kind"]:
             case "call":
-                call, compared = event, True
-            case "server_restarted":
-                compared = not event["carried_out"]
+                call = event
             case "result" if call is not None:
-                yield Exchange(call, event, compared)
+                yield Exchange(call, event)
                 call = None
 
 
@@ -90,7 +86,7 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
         recorded = exchange.result["structured"] or {}
         if name == "open_run" and result.data and "run_id" in recorded:
             runs[recorded["run_id"]] = result.data["run_id"]
-        if exchange.compared and (what := difference(exchange.result, result)):
+        if (what := difference(exchange.result, result)) is not None:
             differences.append(Difference(exchange.call["seq"], name, what))
     return Replay(len(found), tuple(differences))
 

@@ -13,16 +13,12 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp
 
-from folding_server.errors import FoldingError
+from folding_server.errors import AddressError
 from folding_server.mcp.context import AppContext
 from folding_server.mcp.server import FoldingServer
 
 LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
 PATH = "/mcp"
-
-
-class AddressError(FoldingError):
-    """An address that cannot be served on."""
 
 
 class Address(NamedTuple):
