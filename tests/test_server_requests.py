@@ -8,7 +8,7 @@ from typing import Any
 
 import anyio
 import pytest
-from folding_schemas.requests import REQUEST_ID
+from folding_schemas.request_id import REQUEST_ID
 from hosts import Host, in_memory, text_of
 from pictures import write_sequence_folder
 

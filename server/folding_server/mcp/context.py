@@ -11,7 +11,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 from uuid import UUID
 
-from folding_schemas.requests import REQUEST_ID
+from folding_schemas.request_id import REQUEST_ID
 from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
