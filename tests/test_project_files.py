@@ -68,7 +68,8 @@ def test_the_wheel_installs_both_commands_and_the_licence(wheel: zipfile.ZipFile
 
 def test_every_requirement_is_locked() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wanted = project["dependencies"] + project["optional-dependencies"]["test"]
+    extras = project["optional-dependencies"]
+    wanted = [*project["dependencies"], *extras["test"], *extras["dask"], *extras["postgres"]]
     lock = (ROOT / "requirements.lock").read_text()
     assert "://" not in lock
     names = {re.split(r"[<>=\[; ]", requirement)[0] for requirement in wanted}

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mcp.server.transport_security import TransportSecuritySettings
+from mcp.types import INVALID_REQUEST
 from starlette.datastructures import Headers
 from starlette.middleware.cors import CORSMiddleware
-from starlette.responses import PlainTextResponse
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
@@ -78,14 +79,14 @@ class NameCheck:
             refusal = self._refusal(Headers(scope=scope))
         await (refusal or self._app)(scope, receive, send)
 
-    def _refusal(self, headers: Headers) -> PlainTextResponse | None:
+    def _refusal(self, headers: Headers) -> JSONResponse | None:
         host, origin = headers.get("host", ""), headers.get("origin")
         if not self._host.fullmatch(host):
             self._log("host", host, host)
-            return PlainTextResponse("The server is not known by this Host name.\n", 421)
+            return _refused(421, "The server is not known by the name in the Host header; see its log.")
         if origin is not None and not self._origin.fullmatch(origin):
             self._log("web origin", origin, origin.partition("://")[2])
-            return PlainTextResponse("Pages of this Origin may not use the server.\n", 403)
+            return _refused(403, "Pages of this Origin may not use the server; see its log.")
         return None
 
     def _log(self, what: str, refused: str, place: str) -> None:
@@ -99,6 +100,12 @@ class NameCheck:
             refused[:LONGEST_LOGGED],
             name[:LONGEST_LOGGED] or "NAME",
         )
+
+
+def _refused(status: int, sentence: str) -> JSONResponse:
+    """A refusal that clients of the protocol pass on to their user: a JSON-RPC error."""
+    error = {"code": INVALID_REQUEST, "message": sentence}
+    return JSONResponse({"jsonrpc": "2.0", "id": None, "error": error}, status)
 
 
 def guarded(app: ASGIApp, accepted: AcceptedNames, exempt: Sequence[str] = ()) -> ASGIApp:

@@ -1,5 +1,6 @@
 """Serving over Streamable HTTP until told to end."""
 
+import logging
 import os
 import sys
 import threading
@@ -8,8 +9,9 @@ from types import FrameType
 
 import anyio
 import uvicorn
+from mcp.server import streamable_http
 from mcp.server.auth.provider import TokenVerifier
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp
 
@@ -44,6 +46,7 @@ def serve(
                 "without tokens; give --token-file FILE with a line OWNER TOKEN for each user, or serve on 127.0.0.1."
             )
         app.prepare()
+        streamable_http.logger.addFilter(is_no_disconnect)
         application = http_app(FoldingServer(app, tokens), AcceptedNames.of(address.in_url, known_as))
         port = listener.getsockname()[1]
         sys.stderr.write(f"Serving on http://{address.in_url}:{port}{PATH}\n")
@@ -62,6 +65,11 @@ def http_app(server: FoldingServer, accepted: AcceptedNames) -> ASGIApp:
         streamable_http_path=PATH, transport_security=accepted.settings()
     )
     return guarded(application, accepted, exempt=(HEALTH,))
+
+
+def is_no_disconnect(record: logging.LogRecord) -> bool:
+    """False for the traceback that the SDK logs when a client hangs up within a request: no fault of the server."""
+    return record.exc_info is None or not isinstance(record.exc_info[1], ClientDisconnect)
 
 
 def configuration(application: ASGIApp, idle_seconds: int = IDLE_SECONDS) -> uvicorn.Config:
