@@ -69,7 +69,7 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-Version = Annotated[
+_Version = Annotated[
     bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
 ]
 Json = Annotated[
@@ -124,7 +124,7 @@ def serve(
     database: Database = None,
     known_as: KnownAs = None,
     token_file: TokenFile = None,
-    _version: Version = False,
+    _version: _Version = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:

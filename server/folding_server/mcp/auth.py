@@ -26,7 +26,7 @@ _OWNER = re.compile(r"[A-Za-z0-9._@-]{1,64}")
 _TOKEN = re.compile(r"[A-Za-z0-9._~+/-]+=*")
 """What RFC 6750, section 2.1, lets a bearer token be."""
 
-logger = logging.getLogger(__name__)
+_logger = logging.getLogger(__name__)
 
 
 class TokenFileError(FoldingError):
@@ -84,7 +84,7 @@ def read_tokens(path: Path) -> OwnedTokens:
             f"The token file {path} is not text in UTF-8; write a line OWNER TOKEN for each user."
         ) from error
     if os.name == "posix" and mode & (stat.S_IRGRP | stat.S_IROTH):
-        logger.warning("Other users can read the token file %s; take that away with chmod 600.", path)
+        _logger.warning("Other users can read the token file %s; take that away with chmod 600.", path)
     return OwnedTokens(_owners(path, text))
 
 

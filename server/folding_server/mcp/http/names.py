@@ -26,7 +26,7 @@ MOST_LOGGED = 20
 LONGEST_LOGGED = 80
 """Characters of a refused name that are logged."""
 
-logger = logging.getLogger(__name__)
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class NameCheck:
         if name in self._logged or len(self._logged) == MOST_LOGGED:
             return
         self._logged.add(name)
-        logger.warning(
+        _logger.warning(
             "Refused requests for the %s %r; if they are meant, start the server with --known-as %s.",
             what,
             refused[:LONGEST_LOGGED],
