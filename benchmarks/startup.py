@@ -1,21 +1,30 @@
 """Measure the server as hosts feel it: ``python benchmarks/startup.py`` prints one JSON document.
 
 ``start`` is the time from spawning the process to the answer of its handshake, as new hosts do it (``discover``)
-and old ones (``initialize``), with ``python -c pass`` for comparison. ``call`` is one ``fold`` that is undone each
-time, and ``get_current_state``, over stdio and in memory, on a fresh SQLite file. All times are in milliseconds.
+and old ones (``initialize``), with ``python -c pass`` for comparison. ``call`` is one ``fold`` and one ``rotate`` that are
+undone each time, and ``get_current_state``, over stdio, over HTTP and in memory, each on a fresh SQLite file. The three
+servers are asked in turn, so that whatever else the machine does weighs on all alike. ``health`` is ``GET /health`` on one
+kept connection. All times are in milliseconds. ``--calls 200 --starts 1`` compares the transports alone.
 """
 
 import argparse
 import asyncio
 import json
 import os
+import re
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
+from collections.abc import AsyncIterator, Iterator
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+import httpx2
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.server import FoldingServer
 from mcp import Client, StdioServerParameters
@@ -43,10 +52,7 @@ async def measure(folder: Path, starts: int, calls: int) -> dict[str, object]:
             "discover": spread([await started(folder, "auto") for _ in range(starts)]),
             "initialize": spread([await started(folder, "legacy") for _ in range(starts)]),
         },
-        "call": {
-            "stdio": await calls_over(Client(process(folder / "stdio")), calls),
-            "memory": await calls_in_memory(folder / "memory", calls),
-        },
+        **await transports(folder, calls),
         "load_after": round(os.getloadavg()[0], 2),
     }
 
@@ -74,22 +80,85 @@ async def started(folder: Path, mode: str) -> float:
         return time.perf_counter() - began
 
 
-async def calls_in_memory(data: Path, count: int) -> dict[str, object]:
-    """The same calls without a process between."""
-    with AppContext(ServerSettings(data)) as app:
-        return await calls_over(Client(FoldingServer(app)), count)
+@contextmanager
+def http_process(data: Path) -> Iterator[str]:
+    """A server process that listens on a free local port; its URL."""
+    command = [sys.executable, "-m", "folding_server", "--http", "127.0.0.1:0", "--data", str(data)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None, "it is piped"
+        found = re.search(r"http://\S+", process.stderr.readline())
+        assert found is not None, "the server says where it listens"
+        try:
+            yield found.group()
+        finally:
+            process.terminate()
 
 
-async def calls_over(connection: Client, count: int) -> dict[str, object]:
-    """Folds, undone each time, and reads of the state."""
-    fold, read = [], []
-    async with connection as client:
-        await client.call_tool("open_run", {})
+@dataclass
+class Caller:
+    """A client with a run of its own, and the seconds that its calls took, by tool."""
+
+    client: Client
+    run_id: str
+    seconds: defaultdict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+
+    async def once(self) -> None:
+        """A fold, a turn and a read of the state, and the paper as it was."""
+        for tool, arguments in CALLS:
+            self.seconds[tool].append(await timed(self.client, tool, {**arguments, "run_id": self.run_id}))
+        for _ in range(2):
+            await timed(self.client, "undo", {"run_id": self.run_id})
+
+
+CALLS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("fold", {"edge": [1, 3], "direction": 1}),
+    ("rotate", {"angle": 45}),
+    ("get_current_state", {}),
+)
+
+
+@asynccontextmanager
+async def callers(folder: Path, url: str) -> AsyncIterator[dict[str, Caller]]:
+    """One caller over each transport."""
+    async with AsyncExitStack() as stack:
+        app = stack.enter_context(AppContext(ServerSettings(folder / "memory")))
+        (folder / "memory").mkdir()
+        connections = {
+            "stdio": Client(process(folder / "stdio")),
+            "http": Client(url),
+            "memory": Client(FoldingServer(app)),
+        }
+        opened = {}
+        for name, connection in connections.items():
+            client = await stack.enter_async_context(connection)
+            result = await client.call_tool("open_run", {})
+            opened[name] = Caller(client, (result.structured_content or {})["run_id"])
+        yield opened
+
+
+async def transports(folder: Path, count: int) -> dict[str, object]:
+    """The latency of calls over each transport, and of ``/health``."""
+    with http_process(folder / "http") as url:
+        async with callers(folder, url) as all_callers:
+            for _ in range(count):
+                for caller in all_callers.values():
+                    await caller.once()
+            spreads = {
+                name: {tool: spread(seconds) for tool, seconds in caller.seconds.items()}
+                for name, caller in all_callers.items()
+            }
+        return {"call": spreads, "health": spread(await health(url, count))}
+
+
+async def health(url: str, count: int) -> list[float]:
+    """The times of looks at ``/health``."""
+    seconds = []
+    async with httpx2.AsyncClient() as web:
         for _ in range(count):
-            fold.append(await timed(client, "fold", {"edge": [1, 3], "direction": 1}))
-            read.append(await timed(client, "get_current_state", {}))
-            await client.call_tool("undo", {})
-    return {"fold": spread(fold), "get_current_state": spread(read)}
+            began = time.perf_counter()
+            (await web.get(url.replace("/mcp", "/health"))).raise_for_status()
+            seconds.append(time.perf_counter() - began)
+    return seconds
 
 
 async def timed(client: Client, tool: str, arguments: dict[str, object]) -> float:
@@ -106,9 +175,9 @@ async def timed(client: Client, tool: str, arguments: dict[str, object]) -> floa
 def spread(seconds: list[float]) -> dict[str, float]:
     """Least, median and largest, in milliseconds."""
     return {
-        "min": round(1000 * min(seconds), 1),
-        "median": round(1000 * statistics.median(seconds), 1),
-        "max": round(1000 * max(seconds), 1),
+        "min": round(1000 * min(seconds), 2),
+        "median": round(1000 * statistics.median(seconds), 2),
+        "max": round(1000 * max(seconds), 2),
     }
 
 

@@ -80,6 +80,32 @@ def stdio(data: Path, *sequences: Path) -> StdioServerParameters:
 @contextmanager
 def http_server(data: Path, *options: str) -> Iterator[str]:
     """A server process that listens on a free local port; yields its URL."""
+    with http_process(data, *options) as process:
+        yield process.url
+
+
+@dataclass(frozen=True)
+class HttpProcess:
+    """A server process and where it listens."""
+
+    process: subprocess.Popen[str]
+    url: str
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """Host and port for a plain socket."""
+        host, port = self.url.removeprefix("http://").removesuffix("/mcp").split(":")
+        return host, int(port)
+
+    def end(self) -> str:
+        """Have it end as service managers do; what it wrote to stderr since it listens. TimeoutExpired after 20 s."""
+        self.process.terminate()
+        return self.process.communicate(timeout=20)[1]
+
+
+@contextmanager
+def http_process(data: Path, *options: str) -> Iterator[HttpProcess]:
+    """A server process that listens on a free local port."""
     command = [sys.executable, "-m", "folding_server", "--http", "127.0.0.1:0", "--data", str(data), *options]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         try:
@@ -87,10 +113,11 @@ def http_server(data: Path, *options: str) -> Iterator[str]:
             line = process.stderr.readline()
             found = re.search(r"http://\S+", line)
             assert found, line
-            yield found.group()
+            yield HttpProcess(process, found.group())
         finally:
-            process.terminate()
-            process.communicate(timeout=20)
+            if process.returncode is None:
+                process.terminate()
+                process.communicate(timeout=20)
 
 
 def server(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

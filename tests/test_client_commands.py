@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -323,3 +324,22 @@ def test_a_batch_skips_what_is_finished_and_continues_the_rest(tmp_path: Path) -
     second = command(*words)
     assert second.returncode == 0
     assert [line["status"] for line in json.loads(second.stdout)] == ["skipped", "complete"]
+
+
+def test_a_tilde_is_the_users_folder_although_no_shell_has_seen_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    shutil.copytree(sequence(2), tmp_path / "plain2")
+    script(tmp_path, [save(1)])
+    words = ("~/plain2", "--model", "scripted:~/script.json", "--out=~/run", "--server-url", server_url())
+    command("run", *words)
+    assert program(tmp_path / "run") == []
+    assert (tmp_path / "run" / "run.json").exists()
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    done = command("--version")
+    assert done.returncode == 0
+    assert done.stdout == f"foldingagent {version('foldingagent-mcp')}\n"

@@ -9,8 +9,11 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 import yaml
+from distributed.cli.dask_scheduler import main as dask_scheduler
+from distributed.cli.dask_worker import main as dask_worker
 from folding_client.cli import app as client
 from folding_server.cli import app as server
 from jsonschema import Draft201909Validator
@@ -68,7 +71,8 @@ def test_the_wheel_installs_both_commands_and_the_licence(wheel: zipfile.ZipFile
 
 def test_every_requirement_is_locked() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wanted = project["dependencies"] + project["optional-dependencies"]["test"]
+    extras = project["optional-dependencies"]
+    wanted = [*project["dependencies"], *extras["test"], *extras["dask"], *extras["postgres"]]
     lock = (ROOT / "requirements.lock").read_text()
     assert "://" not in lock
     names = {re.split(r"[<>=\[; ]", requirement)[0] for requirement in wanted}
@@ -106,8 +110,34 @@ def test_volumes_and_services_that_the_compose_file_uses_are_declared() -> None:
     document = compose()
     for service in document["services"].values():
         assert set(service.get("depends_on", {})) <= set(document["services"])
-        named = {volume.split(":")[0] for volume in service["volumes"] if volume[0] not in ".$/"}
+        named = {volume.split(":")[0] for volume in service.get("volumes", ()) if volume[0] not in ".$/"}
         assert named <= set(document["volumes"])
+        assert set(service.get("secrets", ())) <= set(document["secrets"])
+
+
+def test_every_container_has_no_more_rights_than_it_needs() -> None:
+    user = re.search(r"^USER (\w+)$", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    assert user is not None
+    for name, service in compose()["services"].items():
+        assert service["read_only"] is True, name
+        assert service["cap_drop"] == ["ALL"], name
+        assert service["security_opt"] == ["no-new-privileges:true"], name
+        assert service.get("user", user.group(1)) != "root", name
+        assert all(str(port).startswith("127.0.0.1:") for port in service.get("ports", ())), name
+
+
+def test_what_starts_by_itself_says_whether_it_is_well_and_others_wait_for_it() -> None:
+    services = compose()["services"]
+    assert {name for name, service in services.items() if "profiles" not in service} == {"server", "database"}
+    for service in services.values():
+        for needed, how in service.get("depends_on", {}).items():
+            assert ("healthcheck" in services[needed]) is (how["condition"] == "service_healthy")
+
+
+def test_the_server_of_the_image_starts_with_a_token_file_that_compose_hands_it() -> None:
+    words = deployed()[-1]
+    assert words[words.index("--token-file") + 1] == "/run/secrets/tokens"
+    assert compose()["services"]["server"]["secrets"] == ["tokens"]
 
 
 def deployed() -> list[list[str]]:
@@ -117,13 +147,19 @@ def deployed() -> list[list[str]]:
     return [*commands, own]
 
 
+COMMANDS: dict[str, Any] = {
+    "foldingagent": get_command(client),
+    "foldingagent-server": get_command(server),
+    "dask": click.Group(commands={"scheduler": dask_scheduler, "worker": dask_worker}),
+}
+
+
 @pytest.mark.parametrize("words", deployed(), ids=" ".join)
 def test_containers_run_commands_that_exist_with_options_they_take(words: list[str]) -> None:
-    command: Any = get_command({"foldingagent": client, "foldingagent-server": server}[words[0]])
-    arguments = words[1:]
+    command, arguments = COMMANDS[words[0]], words[1:]
     if arguments[0] in getattr(command, "commands", {}):
         command, arguments = command.commands[arguments[0]], arguments[1:]
-    known = {name for parameter in command.params for name in parameter.opts}
+    known = {name for option in command.params for name in (*option.opts, *option.secondary_opts)}
     assert {word for word in arguments if word.startswith("--")} <= known
 
 

@@ -31,7 +31,7 @@ NAMES_ALIKE: Places = {
     "flip": frozenset({TOOLS, f"{SIMULATOR}/motions.py"}),
     # A subcommand calls the function that it is named for.
     "photograph": frozenset({f"{SERVER}/cli.py", f"{SERVER}/photographer/photographing.py"}),
-    "serve": frozenset({f"{SERVER}/cli.py", f"{SERVER}/mcp/http.py"}),
+    "serve": frozenset({f"{SERVER}/cli.py", f"{SERVER}/mcp/http/serving.py"}),
     "simulate": frozenset({f"{SERVER}/cli.py", f"{SERVER}/simulate.py"}),
     # Each of the two commands is one application with one entry.
     "app": COMMANDS,

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -201,3 +202,26 @@ def test_a_host_that_hangs_up_ends_the_server(tmp_path: Path) -> None:
     finished = server("--data", tmp_path)
     assert finished.returncode == 0
     assert finished.stdout == ""
+
+
+def test_a_tilde_is_the_users_folder_although_no_shell_has_seen_it(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    (tmp_path / "turn.json").write_text(
+        json.dumps({"name": "turn", "steps": [[{"action": "rotate", "angle": 45}]]})
+    )
+    done = run("simulate", "~/turn.json", "--fold=~/turn.fold", "--every-step", "~/steps")
+    assert done.code == 0, done.err
+    assert (tmp_path / "turn.fold").exists()
+    assert (tmp_path / "steps").is_dir()
+    nobody = run("check", "~nobody-of-that-name/x.fold")
+    assert nobody.code == 2
+    assert "~nobody-of-that-name" in nobody.err
+
+
+def test_the_version_is_that_of_the_package(run: Run) -> None:
+    done = run("--version")
+    assert done.code == 0
+    assert done.out == f"foldingagent-server {version('foldingagent-mcp')}\n"

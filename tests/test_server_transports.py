@@ -1,8 +1,12 @@
 """The server as a process of its own: over stdio, over HTTP, killed and started again."""
 
+import json
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import httpx2
 import pytest
@@ -101,3 +105,39 @@ def servers() -> set[int]:
         if parent == os.getpid() and "folding_server" in command:
             found.add(int(process.name))
     return found
+
+
+def test_piped_input_is_answered_to_the_last_request_in_either_era(tmp_path: Path) -> None:
+    opening = {
+        "protocolVersion": "2025-11-25",
+        "capabilities": {},
+        "clientInfo": {"name": "pipe", "version": "1"},
+    }
+    calls = [("tools/call", {"name": "open_run", "arguments": {}}), ("tools/list", {})]
+    legacy = [("initialize", opening), ("notifications/initialized", None), *calls]
+    envelope = {
+        "_meta": {
+            "io.modelcontextprotocol/protocolVersion": "2026-07-28",
+            "io.modelcontextprotocol/clientInfo": opening["clientInfo"],
+            "io.modelcontextprotocol/clientCapabilities": {},
+        }
+    }
+    modern = [(method, {**params, **envelope}) for method, params in calls]
+    for messages in (legacy, modern):
+        answers = piped(tmp_path, messages)
+        asked = {number for number, (_, params) in enumerate(messages) if params is not None}
+        assert {answer["id"] for answer in answers} == asked
+        assert all("result" in answer for answer in answers), answers
+
+
+def piped(data: Path, messages: list[tuple[str, dict[str, Any] | None]]) -> list[dict[str, Any]]:
+    """What a server writes that reads these requests, and notifications, and then the end of its input."""
+    lines = []
+    for number, (method, params) in enumerate(messages):
+        asks = {} if params is None else {"id": number, "params": params}
+        lines.append(json.dumps({"jsonrpc": "2.0", "method": method, **asks}))
+    command = [sys.executable, "-m", "folding_server", "--data", str(data)]
+    finished = subprocess.run(
+        command, input="\n".join(lines), capture_output=True, text=True, timeout=120, check=True
+    )
+    return [json.loads(line) for line in finished.stdout.splitlines()]

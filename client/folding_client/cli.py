@@ -40,7 +40,7 @@ EXIT_INTERRUPTED = 130
 
 
 @app.callback()
-def _commands() -> None:
+def _commands(_version: options.Version = False) -> None:
     """Reconstruct folding programs from photos of origami."""
 
 
@@ -97,8 +97,10 @@ def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings:
 
 @app.command("replay")
 def replay_command(
-    recorded: Annotated[Path, typer.Argument(help="Folder of a recorded run.")],
-    sequence: Annotated[Path | None, typer.Option(help="Where the sequence is now, if it has moved.")] = None,
+    recorded: Annotated[Path, typer.Argument(parser=options.path, help="Folder of a recorded run.")],
+    sequence: Annotated[
+        Path | None, typer.Option(parser=options.path, help="Where the sequence is now, if it has moved.")
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Drive the server through a recorded run without a model, and say where its answers differ."""
@@ -117,15 +119,17 @@ def replay_command(
 @options.with_settings
 def batch_command(
     given: options.Given,
-    source: Annotated[Path, typer.Argument(help="Folder of sequences, or a file that lists folders.")],
+    source: Annotated[
+        Path, typer.Argument(parser=options.path, help="Folder of sequences, or a file that lists folders.")
+    ],
     jobs: Annotated[int | None, typer.Option(min=1, help="Sequences at a time; 1 if left out.")] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")] = None,
-    out: Annotated[Path, typer.Option(help="Where the run folders go.")] = Path("runs"),
+    out: Annotated[Path, typer.Option(parser=options.path, help="Where the run folders go.")] = Path("runs"),
     as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
     settings = _settings(given)
-    work = _batch(sequences_of(source), out.expanduser().resolve(), settings, jobs, dask)
+    work = _batch(sequences_of(source), out.resolve(), settings, jobs, dask)
     lines = _finish(work, "the same command goes on from here")
     if as_json:
         typer.echo(json.dumps([asdict(line) for line in lines], indent=1))

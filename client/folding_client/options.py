@@ -2,11 +2,31 @@
 
 import inspect
 from collections.abc import Callable, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+
+def path(text: str) -> Path:
+    """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        message = f"{text!r} begins with a user who has no folder here"
+        raise typer.BadParameter(message) from error
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"foldingagent {version('foldingagent-mcp')}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
+]
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 SETTINGS: Mapping[str, Any] = {
     "model": Annotated[
@@ -38,10 +58,11 @@ Given = Mapping[str, Any]
 """The settings that were given, by name."""
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 SequenceFolder = Annotated[
-    Path | None, typer.Argument(help="Folder of a sequence, with its keyframes.json, or a video.")
+    Path | None,
+    typer.Argument(parser=path, help="Folder of a sequence, with its keyframes.json, or a video."),
 ]
-Out = Annotated[Path | None, typer.Option(help="Run folder; runs/NAME-TIME if left out.")]
-Resume = Annotated[Path | None, typer.Option(help="Run folder to go on with.")]
+Out = Annotated[Path | None, typer.Option(parser=path, help="Run folder; runs/NAME-TIME if left out.")]
+Resume = Annotated[Path | None, typer.Option(parser=path, help="Run folder to go on with.")]
 
 
 def with_settings(command: Callable[..., None]) -> Callable[..., None]:

@@ -8,6 +8,7 @@ import logging
 import signal
 import sys
 from collections.abc import Sequence
+from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -22,13 +23,25 @@ if TYPE_CHECKING:
     from folding_server.mcp.context import AppContext
     from folding_server.simulator import Paper
 
+
+def _path(text: str) -> Path:
+    """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        raise typer.BadParameter(f"{text!r} begins with a user who has no folder here") from error
+
+
 Http = Annotated[
     str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
 ]
 Sequences = Annotated[
-    list[Path] | None, typer.Option(metavar="DIR", help="A folder of photo sequences; may be repeated.")
+    list[Path] | None,
+    typer.Option(metavar="DIR", parser=_path, help="A folder of photo sequences; may be repeated."),
 ]
-Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Where runs are kept; made when missing.")]
+Data = Annotated[
+    Path | None, typer.Option(metavar="DIR", parser=_path, help="Where runs are kept; made when missing.")
+]
 Database = Annotated[
     str | None,
     typer.Option(
@@ -39,16 +52,40 @@ KnownAs = Annotated[
     list[str] | None,
     typer.Option(metavar="NAME", help="A host name that HTTP clients may use; may be repeated."),
 ]
+TokenFile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        parser=_path,
+        help="Answer HTTP clients only with a bearer token of this file, which has lines OWNER TOKEN.",
+    ),
+]
+
+
+def _show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        typer.echo(f"foldingagent-server {version_of('foldingagent-mcp')}")
+        raise typer.Exit
+
+
+_Version = Annotated[
+    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
+]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
 ]
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="A folding program (JSON).")]
-Out = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The sequence folder to write.")]
+ProgramFile = Annotated[
+    Path, typer.Argument(metavar="PROGRAM", parser=_path, help="A folding program (JSON).")
+]
+Out = Annotated[
+    Path, typer.Option("--out", "-o", metavar="DIR", parser=_path, help="The sequence folder to write.")
+]
 
 
 def _file(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
     """An option that names a file to write."""
-    return typer.Option(metavar="FILE", help=f"Write {what}.")
+    return typer.Option(metavar="FILE", parser=_path, help=f"Write {what}.")
 
 
 app = typer.Typer(
@@ -86,6 +123,8 @@ def serve(
     data: Data = None,
     database: Database = None,
     known_as: KnownAs = None,
+    token_file: TokenFile = None,
+    _version: _Version = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:
@@ -95,13 +134,17 @@ def serve(
     for folder in sequences or ():
         if not folder.is_dir():
             raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
+    if token_file is not None and http is None:
+        raise typer.BadParameter(
+            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
+        )
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data, database)
     with AppContext(ServerSettings(folder, database, tuple(sequences or ()), shared=http is not None)) as app:
         if http is None:
             _serve_stdio(app)
         else:
-            _serve_http(app, http, known_as or ())
+            _serve_http(app, http, known_as or (), token_file)
 
 
 def _serve_stdio(app: "AppContext") -> None:
@@ -115,12 +158,14 @@ def _serve_stdio(app: "AppContext") -> None:
     FoldingServer(app).run("stdio")
 
 
-def _serve_http(app: "AppContext", address: str, known_as: Sequence[str]) -> None:
+def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_file: Path | None) -> None:
     """Answer hosts over HTTP until interrupted."""
-    from folding_server.mcp.http import parse_address
-    from folding_server.mcp.http import serve as listen
+    from folding_server.mcp.auth import read_tokens
+    from folding_server.mcp.http.address import parse_address
+    from folding_server.mcp.http.serving import serve as serve_http
 
-    listen(app, parse_address(address), known_as)
+    tokens = read_tokens(token_file) if token_file else None
+    serve_http(app, parse_address(address), known_as, tokens)
 
 
 def _data_folder(given: Path | None, database: str | None) -> Path:
@@ -152,7 +197,7 @@ def simulate(
     svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
     png: Annotated[Path | None, _file("the diagram as PNG")] = None,
     every_step: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write state, SVG and PNG of every step.")
+        Path | None, typer.Option(metavar="DIR", parser=_path, help="Write state, SVG and PNG of every step.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -184,7 +229,10 @@ def simulate(
 @app.command()
 def check(
     pattern: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita.")
+        Path,
+        typer.Argument(
+            metavar="FILE", parser=_path, help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita."
+        ),
     ],
     as_json: Json = False,
 ) -> None:
@@ -239,7 +287,9 @@ def photograph(
 
 @app.command()
 def keyframes(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="A video of one sheet being folded.")],
+    video: Annotated[
+        Path, typer.Argument(metavar="VIDEO", parser=_path, help="A video of one sheet being folded.")
+    ],
     out: Out,
     front_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's front.")] = None,
     back_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's back.")] = None,

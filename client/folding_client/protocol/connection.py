@@ -6,12 +6,14 @@ from the run: a caller sees an answer, or ``ConnectionLost``.
 
 import asyncio
 import contextlib
+import os
 import sys
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO, TypeVar, cast
 
+import httpx2
 from folding_schemas.request_id import REQUEST_ID
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.stdio import stdio_client
@@ -23,6 +25,10 @@ from folding_client.interrupts import ConnectionLost
 Answer = TypeVar("Answer")
 _CONNECTION_CLOSED = -32000
 _TIMED_OUT = -32001
+_CONNECT_SECONDS = 30
+"""Seconds to connect to a server at a URL and to send a request, as the SDK has it."""
+TOKEN_VARIABLE = "FOLDINGAGENT_SERVER_TOKEN"  # noqa: S105 - the name of a variable
+"""The environment variable that holds the token for a server at a URL."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +107,8 @@ class Connection:
 
     def _client(self) -> Client:
         if self._address.url is not None:
-            transport = streamable_http_client(self._address.url, max_sse_event_size=None)
-            return Client(transport, read_timeout_seconds=self._address.patience)
+            over_http = _over_http(self._address.url, self._address.patience)
+            return Client(over_http, read_timeout_seconds=self._address.patience)
         transport = stdio_client(self._address.command(), errlog=self._log)
         return Client(transport, read_timeout_seconds=self._address.patience)
 
@@ -129,6 +135,27 @@ class Connection:
         while isinstance(error, BaseExceptionGroup):
             error = error.exceptions[0]
         return str(error) or type(error).__name__ if error else "the connection ended"
+
+
+@contextlib.asynccontextmanager
+async def _over_http(url: str, patience: float) -> AsyncIterator[Any]:
+    """A transport that shows the server the token in the environment, if there is one."""
+    token = os.environ.get(TOKEN_VARIABLE, "").strip()
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    timeout = httpx2.Timeout(_CONNECT_SECONDS, read=patience)
+    hooks = {"response": [_refuse_no_token]}
+    async with (
+        httpx2.AsyncClient(headers=headers, timeout=timeout, event_hooks=hooks) as web,
+        streamable_http_client(url, http_client=web, max_sse_event_size=None) as streams,
+    ):
+        yield streams
+
+
+async def _refuse_no_token(response: httpx2.Response) -> None:
+    """ConnectionLost where the server wants a token that it was not shown."""
+    if response.status_code == httpx2.codes.UNAUTHORIZED:
+        message = f"it takes no calls without a token it knows: set {TOKEN_VARIABLE} to one of its token file"
+        raise ConnectionLost(message)
 
 
 async def _answer(client: Client, request: _Request) -> None:

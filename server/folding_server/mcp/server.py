@@ -6,6 +6,7 @@ from importlib.metadata import version
 from typing import Any
 
 from folding_prompts import prompt
+from mcp.server.auth.provider import TokenVerifier
 from mcp.server.lowlevel.helper_types import ReadResourceContents
 from mcp.server.mcpserver import Context, MCPServer
 from mcp.server.mcpserver.exceptions import (
@@ -21,13 +22,18 @@ from pydantic import AnyUrl, ValidationError
 
 from folding_server.errors import FoldingError
 from folding_server.mcp import catalogue, errors, prompts, resources
+from folding_server.mcp.auth import auth_settings
 from folding_server.mcp.context import AppContext
+from folding_server.mcp.stdio import answering_stdio
 
 
 class FoldingServer(MCPServer[AppContext]):
-    """An MCP server around one desk. What a caller can mend leaves it as one plain sentence."""
+    """An MCP server around one desk. What a caller can mend leaves it as one plain sentence.
 
-    def __init__(self, app: AppContext) -> None:
+    Over HTTP it answers only calls with one of ``tokens``, if there are any.
+    """
+
+    def __init__(self, app: AppContext, tokens: TokenVerifier | None = None) -> None:
         tools = catalogue.tools()
         self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
         super().__init__(
@@ -38,9 +44,18 @@ class FoldingServer(MCPServer[AppContext]):
             tools=tools,
             log_level="WARNING",
             lifespan=_serving(app),
+            token_verifier=tokens,
+            auth=auth_settings() if tokens else None,
         )
         resources.register(self, app)
         prompts.register(self, app)
+
+    async def run_stdio_async(self) -> None:
+        """Serve over stdio until the input ends and all that it asked is answered."""
+        async with answering_stdio() as (incoming, outgoing):
+            await self._lowlevel_server.run(
+                incoming, outgoing, self._lowlevel_server.create_initialization_options()
+            )
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[AppContext, Any] | None = None

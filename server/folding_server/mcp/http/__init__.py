@@ -1,0 +1,1 @@
+"""Serving over Streamable HTTP: where to listen, under which names, with which connections, until when."""
