@@ -22,6 +22,7 @@ from pydantic import AnyUrl, ValidationError
 from folding_server.errors import FoldingError
 from folding_server.mcp import catalogue, errors, prompts, resources
 from folding_server.mcp.context import AppContext
+from folding_server.mcp.tools.apps import model_app
 
 
 class FoldingServer(MCPServer[AppContext]):
@@ -38,6 +39,7 @@ class FoldingServer(MCPServer[AppContext]):
             tools=tools,
             log_level="WARNING",
             lifespan=_serving(app),
+            extensions=[model_app()],
         )
         resources.register(self, app)
         prompts.register(self, app)
