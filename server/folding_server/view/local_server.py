@@ -2,9 +2,11 @@
 
 import socket
 from collections.abc import Callable
+from typing import Any
 
 import anyio
 import uvicorn
+from pydantic import BaseModel, ValidationError
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -20,6 +22,13 @@ HOST = "127.0.0.1"
 ENDPOINT = "call"
 NAMES = ["127.0.0.1", "localhost"]
 """The names under which requests are accepted: no web page may reach the model under a name of its own."""
+
+
+class Call(BaseModel):
+    """A call of a tool as the page sends it."""
+
+    name: str
+    arguments: dict[str, Any] = {}
 
 
 def serve_page(model: LocalModel, port: int, tell: Callable[[str], None]) -> None:
@@ -47,8 +56,11 @@ def page_app(model: LocalModel) -> Starlette:
         """Other sites cannot send JSON without asking first, and are not answered when they ask."""
         if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
             return Response("Calls are JSON.", status_code=415)
-        asked = await request.json()
-        return JSONResponse(model.call(str(asked.get("name")), asked.get("arguments") or {}))
+        try:
+            asked = Call.model_validate_json(await request.body())
+        except ValidationError:
+            return Response("A call is an object with a name and arguments.", status_code=400)
+        return JSONResponse(model.call(asked.name, asked.arguments))
 
     return Starlette(
         routes=[Route("/", page), Route(f"/{ENDPOINT}", call, methods=["POST"])],

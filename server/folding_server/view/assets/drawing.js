@@ -101,8 +101,9 @@ function spots(found, unit) {
 
 // A label beside a place, away from the middle of the picture's contents.
 function label({ ids, at }, middle, unit) {
-  const [dx, dy] = [at[0] - middle[0], at[1] - middle[1]];
-  const away = Math.hypot(dx, dy) || 1;
+  const off = [at[0] - middle[0], at[1] - middle[1]];
+  const [dx, dy] = Math.hypot(...off) < LABEL * unit ? [0, -1] : off; // in the middle itself: above
+  const away = Math.hypot(dx, dy);
   const text = ids.length > 4 ? `${ids.slice(0, 3).join(", ")}, +${ids.length - 3}` : ids.join(", ");
   const width = (text.length * 0.6 + 0.7) * LABEL * unit;
   const clamp = (value, half) => Math.min(Math.max(value, half), SIZE - half);

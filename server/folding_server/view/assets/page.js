@@ -75,7 +75,8 @@ function drawFolded(view, stop) {
   const svg = byId("folded");
   const photo = view.photos[stop.frame];
   byId("photo").hidden = !photo;
-  byId("photo-name").textContent = `Photo of frame ${stop.frame}`;
+  const unfinished = view.stops[shown.index + 1]?.step === stop.step;
+  byId("photo-name").textContent = `Uncover the photo of frame ${stop.frame}${unfinished ? ", the end of this step" : ""}`;
   const paper = foldedPaper(stop, place);
   const share = Number(byId("uncovered").value) / 100;
   const found = places(stop.state.vertices, Object.keys(stop.state.vertices), place);
@@ -153,9 +154,10 @@ function renderFolding() {
   const ends = pick.map((id) => stop.state.vertices[id]);
   [byId("plus").textContent, byId("minus").textContent] = pick.length === 2 ? sideNames(...ends) : ["upper", "lower"];
   const off = Boolean(why) || shown.busy;
-  for (const control of byId("folding").elements) control.disabled = off;
+  for (const control of byId("controls").querySelectorAll("select, input, button")) control.disabled = off;
   byId("fold").disabled = off || pick.length < 2;
   byId("unfold").disabled = off || !["M", "V"].includes(kindOf(stop, pick));
+  byId("controls").hidden = Boolean(connection.whyNoCalls());
   byId("cannot").hidden = !why;
   byId("cannot").textContent = why;
 }
@@ -166,6 +168,10 @@ function choose(pick) {
   shown.pick = pick.every((id) => known[id]) ? pick : [];
   drawOverlays();
   renderFolding();
+}
+
+function chooseTyped() {
+  choose([byId("from").value, byId("to").value].filter(Boolean).map(Number));
 }
 
 function say(text, refused = false) {
@@ -257,7 +263,8 @@ function onKey(event) {
   if (event.key === "Escape") choose([]);
   const inPicture = on === document.body || on.closest("figure > svg");
   const keys = { ...(on.matches("input, select") ? {} : STEP_KEYS), ...(inPicture ? PICTURE_KEYS : {}) };
-  if (on.matches("select") && event.key === "Enter") keys.Enter = fold;
+  if (on.matches("#crease, #sides input")) keys.Enter = fold;
+  if (on.matches("#from, #to")) keys.Enter = () => (chooseTyped(), fold());
   if (keys[event.key]) {
     event.preventDefault();
     keys[event.key]();
@@ -275,10 +282,9 @@ function listen() {
   on("uncovered", "input", drawPictures);
   on("ids", "change", drawOverlays);
   on("crease", "change", () => choose(byId("crease").value.split("-").filter(Boolean).map(Number)));
-  for (const id of ["from", "to"])
-    on(id, "change", () => choose([byId("from").value, byId("to").value].filter(Boolean).map(Number)));
+  for (const id of ["from", "to"]) on(id, "change", chooseTyped);
   on("sides", "change", drawOverlays);
-  on("folding", "submit", (event) => { event.preventDefault(); fold(); });
+  on("fold", "click", fold);
   on("unfold", "click", () => act("unfold", { edge: shown.pick }));
   on("undo", "click", () => act("undo", {}));
   for (const id of ["folded", "pattern"]) {
