@@ -314,6 +314,41 @@ def keyframes(
         typer.echo(f"look them over in {report.contact_sheet}")
 
 
+@app.command()
+def view(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
+        ),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write one HTML file instead.")
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="N", help="0 lets the system choose one.")
+    ] = 0,
+    data: Data = None,
+    sequences: Sequences = None,
+) -> None:
+    """Show a program or a run step by step in the browser; folds tried there are kept nowhere."""
+    from folding_server.view.opening import open_model
+
+    def tell(sentence: str) -> None:
+        typer.echo(sentence, err=True)
+
+    model = open_model(source, lambda: _data_folder(data, None), sequences or (), tell)
+    if out:
+        from folding_server.view.page import page_html
+
+        typer.echo(f"wrote {_write(out, page_html(model.view()))}")
+    else:
+        from folding_server.view.local_server import serve_page
+
+        model.view()
+        serve_page(model, port, lambda address: typer.echo(f"The model is shown at {address} until Ctrl-C."))
+
+
 class _Progress:
     """Progress on stderr: one line that fills up on a terminal, a line at every quarter elsewhere."""
 

@@ -8,6 +8,7 @@ from mcp.server.mcpserver.tools import Tool
 from mcp.types import ToolAnnotations
 
 from folding_server.mcp.tools import (
+    apps,
     attempts,
     checkpoints,
     folding,
@@ -49,6 +50,7 @@ _TOOLS: tuple[tuple[ToolFunction, ToolAnnotations], ...] = (
     (verification.check_foldability, _LOOKS),
     (vision.propose_actions, _LOOKS),
     (interchange.export_state, _LOOKS),
+    (apps.show_model, _LOOKS),
 )
 
 
@@ -60,6 +62,7 @@ def tools() -> list[Tool]:
 def _tool(function: ToolFunction, annotations: ToolAnnotations) -> Tool:
     """One tool. Its schemas come from the signature, which says that it takes no further arguments."""
     name = function.__name__
-    tool = Tool.from_function(function, description=tool_description(name), annotations=annotations)
+    description, meta = tool_description(name), apps.TOOL_META.get(name)
+    tool = Tool.from_function(function, description=description, annotations=annotations, meta=meta)
     tool.parameters["additionalProperties"] = False
     return tool

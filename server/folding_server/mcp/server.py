@@ -25,6 +25,7 @@ from folding_server.mcp import catalogue, errors, prompts, resources
 from folding_server.mcp.auth import auth_settings
 from folding_server.mcp.context import AppContext
 from folding_server.mcp.stdio import answering_stdio
+from folding_server.mcp.tools.apps import model_app
 
 
 class FoldingServer(MCPServer[AppContext]):
@@ -46,6 +47,7 @@ class FoldingServer(MCPServer[AppContext]):
             lifespan=_serving(app),
             token_verifier=tokens,
             auth=auth_settings() if tokens else None,
+            extensions=[model_app()],
         )
         resources.register(self, app)
         prompts.register(self, app)

@@ -1,0 +1,95 @@
+"""What ``foldingagent-server view`` is pointed at: a program's file, a run folder of the client, or a stored run."""
+
+import json
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from folding_schemas.actions import Program
+
+from folding_server.errors import FoldingError, PhotoError
+from folding_server.frames.sequences import Library, Sequence, load_sequence
+from folding_server.interchange.programs import load_published
+from folding_server.store.database import DATABASE_NAME
+from folding_server.store.run_ids import is_run_id
+from folding_server.store.run_store import RunStore
+from folding_server.view.local_model import LocalModel
+from folding_server.view.photo_strip import photos_of
+from folding_server.view.stops import Window
+
+Tell = Callable[[str], None]
+"""Says one sentence to the user, such as why there are no photos."""
+
+
+def open_model(source: str, data: Callable[[], Path], sequences: Iterable[Path], tell: Tell) -> LocalModel:
+    """The model that ``source`` names: a program's file, a run folder, or the id of a run in the folder that ``data`` gives.
+
+    Photos come from the run's own sequence folder, or for a stored run from ``sequences``; ``tell`` is told why
+    there are none. FoldingError if ``source`` is none of the three or cannot be read.
+    """
+    path = Path(source)
+    if path.is_dir():
+        return _of_run_folder(path, tell)
+    if path.is_file():
+        return LocalModel(load_published(_text(path)).program)
+    if is_run_id(source):
+        return _of_stored_run(data(), source, lambda name: Library(list(sequences)).open(name), tell)
+    raise FoldingError(
+        f"There is no program, run folder or run {source!r}; give a program's JSON file, the folder of a run, or a run id."
+    )
+
+
+def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
+    """A run of the client, finished or not."""
+    about = _json(folder / "run.json")
+    recorded = about.get("sequence", {}).get("folder")
+
+    def photos(_name: str) -> Sequence:
+        return load_sequence(Path(str(recorded)))
+
+    run_id = about.get("run_id")
+    if isinstance(run_id, str) and (folder / "store" / DATABASE_NAME).is_file():
+        return _of_stored_run(folder / "store", run_id, photos, tell)
+    program = load_published(_text(folder / "program.json")).program
+    return LocalModel(program, _photos(lambda: photos(program.name), program, tell))
+
+
+def _of_stored_run(data: Path, run_id: str, find: Callable[[str], Sequence], tell: Tell) -> LocalModel:
+    with RunStore.in_folder(data) as store:
+        run = store.load(run_id)
+    program = run.current_program()
+    name = run.sequence
+    return LocalModel(program, None if name is None else _photos(lambda: find(name), program, tell))
+
+
+def _photos(
+    find: Callable[[], Sequence], program: Program, tell: Tell
+) -> Callable[[Window], dict[int, str]] | None:
+    """The photos of a run's frames; None where they cannot be had."""
+    try:
+        sequence = find()
+    except PhotoError as error:
+        tell(f"Shown without photos: {error}.")
+        return None
+    return lambda window: photos_of(sequence, range(1, len(program.steps) + 2), window)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(_text(path))
+    except ValueError:
+        document = None
+    if not isinstance(document, dict):
+        raise FoldingError(f"{path} is not the record of a run; give the folder of a run of foldingagent.")
+    return document
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FoldingError(f"{path} is not a text file; give a program's JSON file.") from error
+    except OSError as error:
+        raise FoldingError(
+            f"{path} cannot be read ({error.strerror}); give a program's JSON file or the folder of a run."
+        ) from error
