@@ -119,9 +119,9 @@ def _first_that_fits(stops: list[ModelStop]) -> int:
 
 
 def _colors(program: Program) -> ModelColors:
-    from folding_server.diagram.palette import colors_of, palette  # loads shapely
+    from folding_server.diagram.palette import colors_of, diagram_colors  # loads shapely
 
-    inks = palette(colors_of(program.front_color, program.back_color))
+    inks = diagram_colors(colors_of(program.front_color, program.back_color))
     return ModelColors(front=inks.front, back=inks.back, front_ink=inks.front_ink, back_ink=inks.back_ink)
 
 

@@ -5,11 +5,7 @@ import os
 import socket
 from typing import NamedTuple
 
-from folding_server.errors import FoldingError
-
-
-class AddressError(FoldingError):
-    """An address that cannot be served on."""
+from folding_server.errors import AddressError
 
 
 class Address(NamedTuple):

@@ -15,8 +15,9 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp
 
+from folding_server.errors import AddressError
 from folding_server.mcp.context import AppContext
-from folding_server.mcp.http.address import Address, AddressError, is_local, listen
+from folding_server.mcp.http.address import Address, is_local, listen
 from folding_server.mcp.http.connections import IDLE_SECONDS, ExpiringConnection
 from folding_server.mcp.http.names import AcceptedNames, guarded
 from folding_server.mcp.server import FoldingServer
