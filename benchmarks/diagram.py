@@ -70,7 +70,8 @@ def papers() -> dict[str, Paper]:
 
 def running_union_area(paper: Paper) -> float:
     """Total visible area by shapely's union of all that lies above."""
-    above, total = shapely.Polygon(), 0.0
+    above: shapely.Geometry = shapely.Polygon()
+    total = 0.0
     for face in reversed(paper.order):
         outline = shapely.Polygon(paper.polygon(face))
         shown = shapely.difference(outline, above)

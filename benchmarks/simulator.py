@@ -12,7 +12,7 @@ import statistics
 import timeit
 import tracemalloc
 from argparse import ArgumentParser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from math import dist, log
@@ -161,9 +161,10 @@ def planes_microseconds() -> dict[str, dict[str, float]]:
     return found
 
 
-def by_networkx(faces: list[int], pairs: list[tuple[int, ...]]) -> list[list[int]]:
+def by_networkx(faces: Sequence[int], pairs: Sequence[tuple[int, ...]]) -> list[list[int]]:
     """Connected components by networkx."""
-    graph = nx.Graph(pairs)
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_edges_from(pairs)
     graph.add_nodes_from(faces)
     return sorted(map(sorted, nx.connected_components(graph)))
 

@@ -9,7 +9,7 @@ import pytest
 from client_runs import HASTY, PLANTED_KEY, act, events, program, restore, save, shortened
 from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
-from folding_client.record.replay import replay
+from folding_client.record.replay_run import replay_run
 from folding_client.settings import Settings
 from paths import ROOT
 from PIL import Image
@@ -91,7 +91,7 @@ def test_a_hybrid_run_that_stopped_goes_on_with_both_and_replays(tmp_path: Path)
     assert resumed.run["totals"]["agent"]["queries"] == 3
     asked = [event["name"] for event in events(tmp_path / "run", "call")]
     assert asked.count("propose_actions") == 1
-    assert asyncio.run(replay(tmp_path / "run")).differences == ()
+    assert asyncio.run(replay_run(tmp_path / "run")).differences == ()
 
 
 @pytest.mark.parametrize(

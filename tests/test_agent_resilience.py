@@ -28,7 +28,7 @@ from client_runs import (
 )
 from folding_client.interrupts import UsageError
 from folding_client.models.retries import RetryPolicy
-from folding_client.record.replay import replay
+from folding_client.record.replay_run import replay_run
 from providers.base import Fails, Hangs, Resets, Says, Truncates, Turn
 from providers.openai import OpenAI
 
@@ -380,7 +380,7 @@ def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_pat
     assert len(killed) == 1
     assert program(tmp_path / "run") == [[TURN]]
     assert len(events(tmp_path / "run", "server_restarted")) == 1
-    assert asyncio.run(replay(tmp_path / "run")).differences == ()
+    assert asyncio.run(replay_run(tmp_path / "run")).differences == ()
 
 
 def test_a_server_killed_twice_in_a_row_is_a_clean_stop_and_the_run_resumes(tmp_path: Path) -> None:

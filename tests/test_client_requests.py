@@ -18,7 +18,7 @@ from folding_client.protocol.requests import Request, unanswered
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import Recorder
-from folding_client.record.replay import replay
+from folding_client.record.replay_run import replay_run
 from folding_server.store.run_store import RunStore
 from mcp import StdioServerParameters
 
@@ -121,7 +121,7 @@ def test_a_server_killed_between_commit_and_answer_is_asked_again_and_tells_the_
     assert kinds == [
         *("opened", "saved", "acted", "acted", "undone", "acted", "saved", "restored", "committed"),
     ]
-    again = asyncio.run(replay(tmp_path / "disturbed"))
+    again = asyncio.run(replay_run(tmp_path / "disturbed"))
     assert (again.calls, again.differences) == (1 + len(CALLS), ())
 
 
@@ -183,7 +183,7 @@ def test_a_client_killed_while_it_waits_asks_again_when_resumed(tmp_path: Path) 
     with RunStore.in_folder(run / "store") as store:
         kinds = [event.kind for event in store.history(outcome.run["run_id"])]
     assert kinds == ["opened", "saved", "acted", "restored", "acted", "acted", "saved"]
-    assert asyncio.run(replay(run)).differences == ()
+    assert asyncio.run(replay_run(run)).differences == ()
 
 
 def recorded(kind: str, **data: Any) -> dict[str, Any]:

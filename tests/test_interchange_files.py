@@ -14,7 +14,7 @@ from folding_server.diagram import Colors
 from folding_server.errors import FoldingError, ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.crease_pattern_svg import crease_pattern_svg
-from folding_server.interchange.export import FILES, export
+from folding_server.interchange.export import EXPORT_FILES, export
 from folding_server.interchange.fold_reading import read_crease_pattern, read_fold
 from folding_server.interchange.obj import obj_text
 from folding_server.interchange.oripa import oripa_text
@@ -106,7 +106,7 @@ def test_a_broken_program_is_refused_in_one_sentence(text: str, reason: str) -> 
 def test_every_format_has_a_file_named_after_the_program() -> None:
     program = figure(CAT).model_copy(update={"name": "my / cat"})
     paper = states(program)[-1]
-    files = {name: export(paper, name, Colors("red", "white"), program) for name in FILES}
+    files = {name: export(paper, name, Colors("red", "white"), program) for name in EXPORT_FILES}
     assert files["fold"].filename == "my-cat.fold"
     assert files["png"].content[:4] == b"\x89PNG"
     assert read_fold(files["fold"].content) == paper

@@ -17,7 +17,7 @@ from folding_client.roles.role_client import RoleClient
 from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
 from folding_client.search.hybrid import HybridSolver
 from folding_client.search.search_file import known_search
-from folding_client.settings import Role, Settings
+from folding_client.settings import ModelRole, Settings
 from folding_client.variants.few_shot import solved_examples
 from folding_client.variants.vlm_cp import PatternPerStep
 from folding_client.variants.vlm_s import PlanPerStep
@@ -46,7 +46,7 @@ def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
     )
 
 
-def _asked(role: Role, settings: Settings, recorder: Recorder) -> Model | None:
+def _asked(role: ModelRole, settings: Settings, recorder: Recorder) -> Model | None:
     """The model that plays a role, None if geometry does."""
     return None if settings.role(role) == "geometric" else make_model(role, settings, recorder)
 

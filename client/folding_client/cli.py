@@ -22,9 +22,9 @@ from folding_client.progress import Shown
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.folder import RunFolder
 from folding_client.record.redaction import redact
-from folding_client.record.replay import replay
+from folding_client.record.replay import replay_run
 from folding_client.settings import Settings
-from folding_client.videos import write_sequence
+from folding_client.videos import sequence_of_video
 
 app = typer.Typer(
     add_completion=False,
@@ -32,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Reconstruct folding programs from photos of origami.",
 )
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 EXIT_STOPPED = 3
 _SHOWN = 20
 _DONE = frozenset({"complete", "skipped"})
@@ -78,7 +78,7 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
     folder = RunFolder(out)
     folder.claim()
     try:
-        return await write_sequence(video, out / "sequence", partial(typer.echo, err=True))
+        return await sequence_of_video(video, out / "sequence", partial(typer.echo, err=True))
     except UsageError:
         folder.discard()
         raise
@@ -95,7 +95,7 @@ def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings:
     raise UsageError(message)
 
 
-@app.command("replay")
+@app.command("replay_run")
 def replay_command(
     recorded: Annotated[Path, typer.Argument(parser=options.path, help="Folder of a recorded run.")],
     sequence: Annotated[
@@ -104,7 +104,7 @@ def replay_command(
     as_json: options.AsJson = False,
 ) -> None:
     """Drive the server through a recorded run without a model, and say where its answers differ."""
-    found = _finish(replay(recorded, sequence), "the recorded run is as it was")
+    found = _finish(replay_run(recorded, sequence), "the recorded run is as it was")
     if as_json:
         typer.echo(json.dumps(asdict(found), indent=1))
     else:
@@ -180,7 +180,7 @@ def _settings(given: options.Given) -> Settings:
         raise UsageError(message) from error
 
 
-def _finish(work: Coroutine[Any, Any, Answer], afterwards: str) -> Answer:
+def _finish(work: Coroutine[Any, Any, _Answer], afterwards: str) -> _Answer:
     """Run to the end. SIGTERM ends it as Ctrl-C does: with one line that says what can be done ``afterwards``."""
     try:
         return asyncio.run(_cancelled_by_sigterm(work))
@@ -189,7 +189,7 @@ def _finish(work: Coroutine[Any, Any, Answer], afterwards: str) -> Answer:
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
-async def _cancelled_by_sigterm(work: Coroutine[Any, Any, Answer]) -> Answer:
+async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
     task = asyncio.current_task()
     if task is not None:
         asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from folding_schemas.pictures import PictureRole
 
-Role = Literal["system", "user", "assistant", "tool"]
+MessageRole = Literal["system", "user", "assistant", "tool"]
 JsonObject = dict[str, Any]
 
 
@@ -111,7 +111,7 @@ class Message:
     ``call_id`` of tool ``tool``.
     """
 
-    role: Role
+    role: MessageRole
     said: str = ""
     shown: tuple[Picture, ...] = ()
     tool_calls: tuple[ToolCall, ...] = ()

@@ -6,7 +6,7 @@ from folding_client.interrupts import ToolRefused
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
 
-FILES: tuple[tuple[str, ExportFormat], ...] = (
+OUTPUT_FILES: tuple[tuple[str, ExportFormat], ...] = (
     ("final.fold", "fold"),
     ("crease_pattern.fold", "crease-pattern"),
     ("crease_pattern.svg", "crease-pattern-svg"),
@@ -30,7 +30,7 @@ async def write_outputs(server: ServerClient, recorder: Recorder, info: RunInfo)
     return [
         "program.json",
         "checkpoints.json",
-        *[name for name, kind in FILES if await _export(server, recorder, name, kind)],
+        *[name for name, kind in OUTPUT_FILES if await _export(server, recorder, name, kind)],
     ]
 
 

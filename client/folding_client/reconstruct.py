@@ -21,7 +21,7 @@ from folding_client.progress import Progress
 from folding_client.protocol.connection import ServerAddress
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.folder import RunFolder
-from folding_client.record.recorder import FORMAT, Recorder
+from folding_client.record.recorder import RECORD_FORMAT, Recorder
 from folding_client.settings import ROLES, Settings
 
 
@@ -253,7 +253,7 @@ def _about(job: Job) -> dict[str, Any]:
         return job.folder.description() | {"settings": job.settings.described()}
     roles = {role: job.settings.role(role) for role in ROLES} | {"agent": job.settings.model}
     return {
-        "format": FORMAT,
+        "format": RECORD_FORMAT,
         "created": datetime.now(UTC).isoformat(),
         "sequence": {"name": job.name, "folder": str(job.sequence)},
         "models": roles,

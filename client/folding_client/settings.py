@@ -8,8 +8,8 @@ from folding_client.models.retries import RetryPolicy
 
 ToolSet = Literal["paper", "standard", "all"]
 Variant = Literal["agent", "vlm-cp", "vlm-s", "vlm-s-c"]
-Role = Literal["agent", "critic", "overview", "selector"]
-ROLES: tuple[Role, ...] = ("agent", "critic", "overview", "selector")
+ModelRole = Literal["agent", "critic", "overview", "selector"]
+ROLES: tuple[ModelRole, ...] = ("agent", "critic", "overview", "selector")
 
 HYBRID = "hybrid:"
 """What ids of models begin with that are asked only where the geometric solver does not see clearly."""
@@ -72,7 +72,7 @@ class Settings(BaseModel):
             raise ValueError(message)
         return self
 
-    def role(self, role: Role) -> str:
+    def role(self, role: ModelRole) -> str:
         """The model id for a role."""
         chosen: str | None = self.speaker if role == "agent" else getattr(self, role)
         return chosen or self.speaker

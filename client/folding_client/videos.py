@@ -12,7 +12,7 @@ from folding_client.interrupts import UsageError
 _SPEAKER = "foldingagent-server: "
 
 
-async def write_sequence(video: Path, folder: Path, say: Callable[[str], None]) -> Path:
+async def sequence_of_video(video: Path, folder: Path, say: Callable[[str], None]) -> Path:
     """The new sequence folder with the keyframes of a video; ``say`` hears how far the search is.
 
     UsageError, in the server's words, if the video or the folder cannot be used; no folder is left then.

@@ -78,7 +78,7 @@ Json = Annotated[
 ProgramFile = Annotated[
     Path, typer.Argument(metavar="PROGRAM", parser=_path, help="A folding program (JSON).")
 ]
-Out = Annotated[
+OutFolder = Annotated[
     Path, typer.Option("--out", "-o", metavar="DIR", parser=_path, help="The sequence folder to write.")
 ]
 
@@ -257,7 +257,7 @@ def check(
 @app.command()
 def photograph(
     program: ProgramFile,
-    out: Out,
+    out: OutFolder,
     seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same photos.")] = 0,
     level: Annotated[
         int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")
@@ -290,7 +290,7 @@ def keyframes(
     video: Annotated[
         Path, typer.Argument(metavar="VIDEO", parser=_path, help="A video of one sheet being folded.")
     ],
-    out: Out,
+    out: OutFolder,
     front_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's front.")] = None,
     back_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's back.")] = None,
     as_json: Json = False,
@@ -332,7 +332,7 @@ def view(
     sequences: Sequences = None,
 ) -> None:
     """Show a program or a run step by step in the browser; folds tried there are kept nowhere."""
-    from folding_server.view.opening import open_model
+    from folding_server.view.model_source import open_model
 
     def tell(sentence: str) -> None:
         typer.echo(sentence, err=True)

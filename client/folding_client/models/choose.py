@@ -11,7 +11,7 @@ from folding_client.models.scripted import ScriptedModel, load_script
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.recorder import Recorder
 from folding_client.search.search_file import known_search, write_search
-from folding_client.settings import Role, Settings
+from folding_client.settings import ModelRole, Settings
 
 IDS = (
     "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
@@ -19,7 +19,7 @@ IDS = (
 )
 
 
-def make_model(role: Role, settings: Settings, recorder: Recorder) -> Model:
+def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model:
     """The model that the settings name for a role. In a run that is resumed, a scripted one stands where the last
     step began, and a geometric one knows what it has tried. UsageError for an id that is none.
     """
@@ -40,11 +40,11 @@ def make_model(role: Role, settings: Settings, recorder: Recorder) -> Model:
     raise UsageError(message)
 
 
-def _note_retry(recorder: Recorder, role: Role, reason: str, seconds: float) -> None:
+def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float) -> None:
     recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
-def _replies_before_the_last_step(role: Role, events: Iterable[Event]) -> int:
+def _replies_before_the_last_step(role: ModelRole, events: Iterable[Event]) -> int:
     replies = before = 0
     for event in events:
         if event["kind"] == "step_started":

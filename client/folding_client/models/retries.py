@@ -10,7 +10,7 @@ from tenacity import AsyncRetrying, RetryCallState, retry_if_exception_type
 
 from folding_client.interrupts import ProviderDown
 
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 
 
 class RetryPolicy(BaseModel):
@@ -34,8 +34,8 @@ class Transient(Exception):
 
 
 async def with_retries(
-    policy: RetryPolicy, send: Callable[[], Awaitable[Answer]], note: Callable[[str, float], None]
-) -> Answer:
+    policy: RetryPolicy, send: Callable[[], Awaitable[_Answer]], note: Callable[[str, float], None]
+) -> _Answer:
     """The answer of ``send``, which is called again after a ``Transient``; ``note`` hears of each wait.
 
     ProviderDown after the last try, or if the provider asks to wait longer than the policy allows.

@@ -22,7 +22,7 @@ from mcp.types import CallToolResult, RequestParamsMeta, Tool
 
 from folding_client.interrupts import ConnectionLost
 
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 _CONNECTION_CLOSED = -32000
 _TIMED_OUT = -32001
 _CONNECT_SECONDS = 30
@@ -96,7 +96,7 @@ class Connection:
         with contextlib.suppress(asyncio.CancelledError, Exception):
             await self._task
 
-    async def _until(self, answer: asyncio.Future[Answer]) -> Answer:
+    async def _until(self, answer: asyncio.Future[_Answer]) -> _Answer:
         """The answer, or ConnectionLost if the connection ends before it comes."""
         assert self._task is not None, "the connection is open"
         ending: set[asyncio.Future[Any]] = {self._task, answer}

@@ -20,7 +20,7 @@ from folding_client.protocol.tool_results import tool_result
 from folding_client.record.recorder import Recorder
 from folding_client.record.redaction import without_keys
 
-Answer = TypeVar("Answer", bound=Wire)
+_Answer = TypeVar("_Answer", bound=Wire)
 
 
 class ServerClient:
@@ -98,8 +98,8 @@ class ServerClient:
         return await self.call(action.action, arguments)
 
     async def ask(
-        self, kind: type[Answer], tool: str, **arguments: object
-    ) -> tuple[Answer, tuple[Picture, ...]]:
+        self, kind: type[_Answer], tool: str, **arguments: object
+    ) -> tuple[_Answer, tuple[Picture, ...]]:
         """A call of the client's own: its answer as a model, with its pictures. ToolRefused if it is
         refused.
         """

@@ -13,7 +13,7 @@ from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder
 from folding_client.record.totals import Totals, deciders_of, decision, tallied, tally_of, totals_of
 
-FORMAT = 1
+RECORD_FORMAT = 1
 
 
 class Recorder:

@@ -15,7 +15,7 @@ from folding_client.protocol.tool_results import tool_result
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.folder import RunFolder, picture_name
 
-TOLERANCE = 1e-6
+SAME_NUMBER = 1e-6
 """Numbers that differ by less are the same."""
 
 
@@ -56,7 +56,7 @@ def exchanges(events: Iterable[Event]) -> Iterator[Exchange]:
                 call = None
 
 
-async def replay(path: Path, sequence: Path | None = None) -> Replay:
+async def replay_run(path: Path, sequence: Path | None = None) -> Replay:
     """Send a run's calls to a fresh server, in order, and compare the answers. UsageError if there is no such
     run, ServerGone if the server does not hold out.
     """
@@ -140,6 +140,6 @@ def _first_difference(before: Any, now: Any, where: str = "answer") -> str | Non
             ),
             None,
         )
-    if isinstance(before, float) and isinstance(now, float | int) and abs(before - now) <= TOLERANCE:
+    if isinstance(before, float) and isinstance(now, float | int) and abs(before - now) <= SAME_NUMBER:
         return None
     return None if before == now else f"{where}: was {before!r}, is {now!r}"

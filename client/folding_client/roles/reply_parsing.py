@@ -37,10 +37,10 @@ class OverviewReply(BaseModel):
     recommendation: str = Field(min_length=1)
 
 
-Form = TypeVar("Form", bound=BaseModel)
+_Form = TypeVar("_Form", bound=BaseModel)
 
 
-def read_form(form: type[Form], text: str) -> Form:
+def read_form(form: type[_Form], text: str) -> _Form:
     """The one JSON object that a reply consists of, bare or in a single fence."""
     stripped = text.strip()
     fenced = _FENCE.match(stripped)

@@ -7,15 +7,15 @@ from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import Message, Reply, answered, user
 from folding_client.roles.role_client import RoleClient
 
-Form = TypeVar("Form")
+_Form = TypeVar("_Form")
 
 
 async def read_answer(
     role_client: RoleClient,
     messages: Sequence[Message],
-    read: Callable[[str], Form],
+    read: Callable[[str], _Form],
     again: Callable[[str], str],
-) -> Form:
+) -> _Form:
     """What ``read`` makes of the model's reply. If it cannot be read it is sent back once, with the words
     that ``again`` finds for the reason. ReplyUnreadable if the second cannot be read either.
     """

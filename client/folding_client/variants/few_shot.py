@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter
 
 from folding_client.messages import Message, Picture, user
 from folding_client.settings import Variant
-from folding_client.variants.vlm_cp import CreasePattern
+from folding_client.variants.vlm_cp import PatternReply
 
 
 class SolvedTransition(BaseModel):
@@ -27,8 +27,8 @@ class SolvedTransition(BaseModel):
     after: str
     state: FoldedState
     actions: list[Action]
-    pattern_before: CreasePattern
-    pattern_after: CreasePattern
+    pattern_before: PatternReply
+    pattern_after: PatternReply
 
 
 def solved_examples(variant: Variant) -> tuple[Message, ...]:
@@ -54,7 +54,7 @@ def _message(number: int, example: SolvedTransition, variant: Variant) -> Messag
     )
 
 
-def _json(pattern: CreasePattern) -> str:
+def _json(pattern: PatternReply) -> str:
     return json.dumps(pattern.model_dump(mode="json"))
 
 

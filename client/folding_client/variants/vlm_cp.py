@@ -21,7 +21,7 @@ from folding_client.roles.reply_repair import read_answer
 from folding_client.roles.role_client import RoleClient
 
 
-class CreasePattern(BaseModel):
+class PatternReply(BaseModel):
     """The part of a FOLD file that the variant speaks of: places on the sheet, edges, letters."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -31,7 +31,7 @@ class CreasePattern(BaseModel):
     edges_assignment: list[Literal["B", "M", "V", "F", "U"]]
 
     @model_validator(mode="after")
-    def _fits_together(self) -> "CreasePattern":
+    def _fits_together(self) -> "PatternReply":
         if len(self.edges_assignment) != len(self.edges_vertices):
             message = f"{len(self.edges_vertices)} edges have {len(self.edges_assignment)} letters"
             raise ValueError(message)
@@ -53,7 +53,7 @@ class CreasePattern(BaseModel):
         }
 
 
-SQUARE = CreasePattern(
+SQUARE = PatternReply(
     vertices_coords=[(0, 1), (1, 1), (1, 0), (0, 0)],
     edges_vertices=[(0, 1), (1, 2), (2, 3), (3, 0)],
     edges_assignment=["B", "B", "B", "B"],
@@ -89,7 +89,7 @@ class PatternPerStep:
             self.recorder.event("step_over", **over, by=self.role_client.model.name)
         return info.model_copy(update={"saved": list(range(1, info.frames + 1)), "complete": True})
 
-    async def _predicted(self, info: RunInfo, frame: int, pattern: CreasePattern) -> CreasePattern:
+    async def _predicted(self, info: RunInfo, frame: int, pattern: PatternReply) -> PatternReply:
         _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)
         _, after = await self.server.ask(FrameView, "view_frame", frame=frame)
         about = system(prompt("variants/cp_system", front=info.front_color, back=info.back_color))
@@ -102,7 +102,7 @@ class PatternPerStep:
         )
         messages = [about, *self.examples, user(step, (*before, *after))]
         try:
-            return await read_answer(self.role_client, messages, partial(read_form, CreasePattern), _repair)
+            return await read_answer(self.role_client, messages, partial(read_form, PatternReply), _repair)
         except ReplyUnreadable as reason:
             message = (
                 f"The model gave no readable crease pattern for frame {frame} ({reason}); resume to ask "
@@ -110,17 +110,17 @@ class PatternPerStep:
             )
             raise StepHopeless(message) from reason
 
-    def _write(self, patterns: list[CreasePattern], info: RunInfo) -> None:
+    def _write(self, patterns: list[PatternReply], info: RunInfo) -> None:
         files = [pattern.fold_file(frame) for frame, pattern in enumerate(patterns, start=1)]
         self.recorder.folder.write_json("patterns.json", {"sequence": info.sequence, "patterns": files})
         self.recorder.folder.write_json("crease_pattern.fold", files[-1])
 
-    def _recorded(self, info: RunInfo) -> list[CreasePattern]:
+    def _recorded(self, info: RunInfo) -> list[PatternReply]:
         file = self.recorder.folder.path / "patterns.json"
         if not file.exists():
             return []
         found = [
-            CreasePattern.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]
+            PatternReply.model_validate(each) for each in json.loads(file.read_text("utf-8"))["patterns"]
         ]
         return found[: info.frames]
 

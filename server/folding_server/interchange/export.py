@@ -16,7 +16,7 @@ from folding_server.interchange.obj import obj_text
 from folding_server.interchange.programs import program_text
 from folding_server.simulator import Paper
 
-FILES: dict[ExportFormat, tuple[str, str]] = {
+EXPORT_FILES: dict[ExportFormat, tuple[str, str]] = {
     "fold": ("application/json", ".fold"),
     "crease-pattern": ("application/json", "-crease-pattern.fold"),
     "crease-pattern-svg": ("image/svg+xml", "-crease-pattern.svg"),
@@ -45,9 +45,11 @@ def export(
 
     ProgramError for an unknown format, or for the program of a paper that has none.
     """
-    if file_format not in FILES:
-        raise ProgramError(f"There is no export format {file_format!r}; the formats are {', '.join(FILES)}.")
-    media_type, ending = FILES[file_format]
+    if file_format not in EXPORT_FILES:
+        raise ProgramError(
+            f"There is no export format {file_format!r}; the formats are {', '.join(EXPORT_FILES)}."
+        )
+    media_type, ending = EXPORT_FILES[file_format]
     name = program.name if program else "model"
     return ExportedFile(
         file_format, media_type, _stem(name) + ending, _content(paper, file_format, colors, program)

@@ -5,7 +5,7 @@ import anyio.from_thread
 from folding_server.mcp.context import ToolContext
 
 
-class Progress:
+class ToolProgress:
     """Counts the steps of one ctx.
 
     Tools run in worker threads, so each step is sent through the event loop.

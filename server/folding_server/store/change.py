@@ -8,7 +8,7 @@ from folding_schemas.actions import Action
 from folding_server.errors import RunError
 from folding_server.store import rules
 from folding_server.store.database import Transaction
-from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, Opened, Restored, RunEvent, Saved, Undone
 from folding_server.store.views import RunView, step
 
 
@@ -24,7 +24,7 @@ class Change:
     """
 
     def __init__(
-        self, transaction: Transaction, view: RunView, request_id: str | None, recorded: Event | None
+        self, transaction: Transaction, view: RunView, request_id: str | None, recorded: RunEvent | None
     ) -> None:
         self.view = view
         self.after: RunView | None = None
@@ -57,18 +57,18 @@ class Change:
         """What the event to record has in common with all events."""
         return {"seq": self.view.seq + 1, "time": datetime.now(UTC), "request_id": self._request_id}
 
-    def _record(self, event: Event) -> RunView:
+    def _record(self, event: RunEvent) -> RunView:
         assert self.after is None, "one change is one event"
         if self._recorded is not None:
             require_same_call(self._recorded, event)
         else:
-            rules.check(self.view, event)
+            rules.check_event(self.view, event)
             self._transaction.append(self.view.run_id, event)
         self.after = step(self.view, self._recorded or event)
         return self.after
 
 
-def require_same_call(recorded: Event, asked: Event) -> None:
+def require_same_call(recorded: RunEvent, asked: RunEvent) -> None:
     """Raise RunError unless the event recorded for a request is what is asked for now.
 
     Of an opening only the sequence was asked for; the rest is what the sequence was like.

@@ -35,7 +35,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, Programmin
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from folding_server.errors import RunError
-from folding_server.store.run_events import EVENT, FORMAT, IN_COLUMNS, Event
+from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
 from folding_server.store.schema import EVENTS, bring_up_to_date
 
 DATABASE_NAME = "runs.sqlite3"
@@ -53,7 +53,7 @@ class Requested(NamedTuple):
     """The event that was recorded for a request, and its run."""
 
     run_id: str
-    event: Event
+    event: RunEvent
 
 
 def database_url(folder: Path) -> str:
@@ -73,7 +73,7 @@ class Transaction:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
-    def events(self, run_id: str, first: int = 1) -> list[Event]:
+    def events(self, run_id: str, first: int = 1) -> list[RunEvent]:
         """The run's events from number ``first`` on, in order. Raises RunError if one cannot be read."""
         query = select(EVENTS).where(EVENTS.c.run_id == run_id, EVENTS.c.seq >= first).order_by(EVENTS.c.seq)
         return [_event(row) for row in self._connection.execute(query)]
@@ -94,12 +94,12 @@ class Transaction:
         row = self._connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
         return Requested(row.run_id, _event(row)) if row else None
 
-    def append(self, run_id: str, added: Event) -> None:
+    def append(self, run_id: str, added: RunEvent) -> None:
         """Add the event; ``EventLog.writing`` raises Taken if its number or request id is taken."""
         row = {
             "run_id": run_id,
             "seq": added.seq,
-            "format": FORMAT,
+            "format": EVENT_FORMAT,
             "time": added.time.isoformat(),
             "kind": added.kind,
             "payload": added.model_dump_json(exclude=set(IN_COLUMNS)),
@@ -107,7 +107,7 @@ class Transaction:
         }
         self._connection.execute(insert(EVENTS), row)
 
-    def openings(self) -> list[tuple[str, Event, int]]:
+    def openings(self) -> list[tuple[str, RunEvent, int]]:
         """Every run's id, first event and number of events, oldest run first."""
         last = func.max(EVENTS.c.seq).label("last")
         counts = select(EVENTS.c.run_id, last).group_by(EVENTS.c.run_id).subquery()
@@ -120,7 +120,7 @@ class Transaction:
         return [(row.run_id, _event(row), row.last) for row in self._connection.execute(query)]
 
 
-class EventLog:
+class EventTable:
     """The table of events in one database. Safe to share between threads; close it when done."""
 
     def __init__(self, url: str) -> None:
@@ -198,11 +198,11 @@ class EventLog:
         return RunError(f"the run database {name} cannot be used ({reason}); mend it or choose another")
 
 
-def _event(row: Row[tuple[object, ...]]) -> Event:
+def _event(row: Row[tuple[object, ...]]) -> RunEvent:
     """The event in a row. Raises RunError if it is from a newer format or unreadable."""
-    if row.format > FORMAT:
+    if row.format > EVENT_FORMAT:
         raise RunError(
-            f"run {row.run_id} was recorded in format {row.format}, and this server reads up to {FORMAT}; "
+            f"run {row.run_id} was recorded in format {row.format}, and this server reads up to {EVENT_FORMAT}; "
             f"use a newer server or open another run"
         )
     try:

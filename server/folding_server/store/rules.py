@@ -22,14 +22,14 @@ import math
 from folding_schemas.actions import Action, AddVertex, Rotate
 
 from folding_server.errors import RunError
-from folding_server.store.run_events import Acted, Committed, Event, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, Opened, Restored, RunEvent, Saved, Undone
 from folding_server.store.views import Attempt, RunView
 
 MAX_NOTES = 10_000
 """The most characters that the notes of a checkpoint may have."""
 
 
-def check(view: RunView, event: Event) -> None:
+def check_event(view: RunView, event: RunEvent) -> None:
     """Raise RunError unless the event may happen to the run now."""
     match event:
         case Acted(action=action):

@@ -11,7 +11,7 @@ from folding_schemas.actions import Action
 from folding_schemas.wire import Wire
 from pydantic import AwareDatetime, Field, PositiveInt, TypeAdapter
 
-FORMAT = 1
+EVENT_FORMAT = 1
 
 IN_COLUMNS = frozenset({"seq", "time", "kind", "request_id"})
 """The fields of an event that are columns of the table; the others are its payload."""
@@ -80,9 +80,9 @@ class Committed(Recorded):
     attempt: int
 
 
-Event = Annotated[
+RunEvent = Annotated[
     Opened | Acted | Undone | Saved | Restored | Committed,
     Field(discriminator="kind"),
 ]
-EVENT: TypeAdapter[Event] = TypeAdapter(Event)
+EVENT: TypeAdapter[RunEvent] = TypeAdapter(RunEvent)
 """Reads an event of any kind from plain data; raises pydantic's ValidationError."""

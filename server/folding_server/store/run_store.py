@@ -14,8 +14,8 @@ from cachetools import LRUCache
 
 from folding_server.errors import RunError
 from folding_server.store.change import Change, other_call, require_same_call
-from folding_server.store.database import EventLog, Requested, Taken, Transaction, database_url
-from folding_server.store.run_events import Event, Opened
+from folding_server.store.database import EventTable, Requested, Taken, Transaction, database_url
+from folding_server.store.run_events import Opened, RunEvent
 from folding_server.store.run_ids import is_run_id, new_run_id
 from folding_server.store.views import RecordDamaged, RunView, fold_events, opened_view, step
 
@@ -52,7 +52,7 @@ class RunStore:
 
     def __init__(self, url: str) -> None:
         """Open the database at an SQLAlchemy URL; makes the table if it is missing."""
-        self._log = EventLog(url)
+        self._log = EventTable(url)
         self._views: LRUCache[str, RunView] = LRUCache(_CACHED_RUNS)
         self._views_lock = Lock()
 
@@ -161,7 +161,7 @@ class RunStore:
             if isinstance(first, Opened)
         ]
 
-    def history(self, run_id: str) -> list[Event]:
+    def history(self, run_id: str) -> list[RunEvent]:
         """All events of the run, oldest first."""
         _check_run_id(run_id)
         with self._log.reading() as transaction:
@@ -220,7 +220,7 @@ def _requested(transaction: Transaction, request_id: str | None) -> Requested | 
     return None if request_id is None else transaction.requested(request_id)
 
 
-def _folded(run_id: str, events: Sequence[Event], kept: RunView | None = None) -> RunView:
+def _folded(run_id: str, events: Sequence[RunEvent], kept: RunView | None = None) -> RunView:
     """The view of a run from its events, or from an earlier view and those after it."""
     try:
         view = reduce(step, events, kept) if kept else fold_events(run_id, events)

@@ -26,21 +26,19 @@ from datetime import datetime
 from functools import reduce
 from types import MappingProxyType
 
-from folding_schemas.actions import Action, Program
+from folding_schemas.actions import Actions, Program
 from folding_schemas.results import AttemptOutcome
 
 from folding_server.store.run_events import (
     IN_COLUMNS,
     Acted,
     Committed,
-    Event,
     Opened,
     Restored,
+    RunEvent,
     Saved,
     Undone,
 )
-
-Actions = tuple[Action, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +187,7 @@ class RecordDamaged(ValueError):
     """The events of a run do not follow from one another; the message says where."""
 
 
-def fold_events(run_id: str, events: Iterable[Event]) -> RunView | None:
+def fold_events(run_id: str, events: Iterable[RunEvent]) -> RunView | None:
     """The view of a run from all its events in order; None if there are none. Raises RecordDamaged."""
     remaining = iter(events)
     first = next(remaining, None)
@@ -212,7 +210,7 @@ def opened_view(run_id: str, event: Opened) -> RunView:
     return _with_chain(view, (Checkpoint(1, (), ()),)) if view.free else view
 
 
-def step(view: RunView, event: Event) -> RunView:
+def step(view: RunView, event: RunEvent) -> RunView:
     """The view after one more event, which the rules allowed. Raises RecordDamaged if it cannot follow."""
     if event.seq != view.seq + 1:
         raise RecordDamaged(f"event {event.seq} follows event {view.seq}")
@@ -223,7 +221,7 @@ def step(view: RunView, event: Event) -> RunView:
     return replace(after, seq=event.seq, changed=event.time)
 
 
-def _happen(view: RunView, event: Event) -> RunView:
+def _happen(view: RunView, event: RunEvent) -> RunView:
     match event:
         case Acted(action=action):
             return _with_pending(view, (*view.pending, action))

@@ -10,9 +10,9 @@ from pydantic import ValidationError
 from folding_server.errors import FoldingError, RunError
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tools.apps import VIEW_KEY
-from folding_server.view.stops import Window, model_shown, model_view, program_window
+from folding_server.view.stops import ViewWindow, model_shown, model_view, program_window
 
-FindPhotos = Callable[[Window], dict[int, str]]
+FindPhotos = Callable[[ViewWindow], dict[int, str]]
 """The photos by keyframe, each filling a square of the table plane."""
 
 ToolAnswer = dict[str, Any]
@@ -26,7 +26,7 @@ class LocalModel:
         self._program = program
         self._tried: tuple[Action, ...] = ()
         self._photos = photos
-        self._found: tuple[Window, dict[int, str]] | None = None
+        self._found: tuple[ViewWindow, dict[int, str]] | None = None
         self._replays = ReplayCache()
 
     def view(self) -> ModelView:
@@ -74,7 +74,7 @@ class LocalModel:
         self._tried = self._tried[:-1]
         return _said("Took back the last action.")
 
-    def _photos_in(self, window: Window) -> dict[int, str]:
+    def _photos_in(self, window: ViewWindow) -> dict[int, str]:
         """The photos for a window, made again only when it has changed."""
         if self._photos is None:
             return {}

@@ -20,7 +20,7 @@ from folding_server.view.page import page_html
 
 HOST = "127.0.0.1"
 ENDPOINT = "call"
-NAMES = ["127.0.0.1", "localhost"]
+ACCEPTED_NAMES = ["127.0.0.1", "localhost"]
 """The names under which requests are accepted: no web page may reach the model under a name of its own."""
 
 
@@ -64,5 +64,5 @@ def page_app(model: LocalModel) -> Starlette:
 
     return Starlette(
         routes=[Route("/", page), Route(f"/{ENDPOINT}", call, methods=["POST"])],
-        middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=NAMES)],
+        middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=ACCEPTED_NAMES)],
     )

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from folding_server.errors import PhotoError
-from folding_server.view.stops import Window
+from folding_server.view.stops import ViewWindow
 
 if TYPE_CHECKING:
     from folding_server.arrays import RgbImage
@@ -22,7 +22,7 @@ ALL_PHOTO_BYTES = 240_000
 """The most bytes of all photos together, before base64 adds a third: what the states leave of 800 kB."""
 
 
-def photos_of(sequence: "Sequence", frames: Iterable[int], window: Window) -> dict[int, str]:
+def photos_of(sequence: "Sequence", frames: Iterable[int], window: ViewWindow) -> dict[int, str]:
     """The photos of the keyframes as data URLs; a frame the sequence does not have, or cannot read, is left out.
 
     They are rectified with the sheet of frame 1, so that they lie under the states as these are drawn; where
@@ -51,7 +51,7 @@ def _pose(sequence: "Sequence") -> "Pose | None":
         return None
 
 
-def _seen_from_above(photo: "RgbImage", pose: "Pose | None", window: Window) -> "RgbImage":
+def _seen_from_above(photo: "RgbImage", pose: "Pose | None", window: ViewWindow) -> "RgbImage":
     from folding_server.vision.grid import Grid
 
     if pose is None:

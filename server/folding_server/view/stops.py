@@ -10,7 +10,7 @@ from folding_schemas.model_view import ModelColors, ModelShown, ModelStop, Model
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.simulator import Paper, folded_state, moved_faces
 
-Window = tuple[float, float, float]
+ViewWindow = tuple[float, float, float]
 """Left, bottom and side of a square of the table plane, in sheet units."""
 
 MARGIN = 0.1
@@ -56,12 +56,12 @@ def model_shown(view: ModelView) -> ModelShown:
     return ModelShown(run_id=view.run_id, title=view.title, stops=lines, summary=summary)
 
 
-def program_window(program: Program, replays: ReplayCache) -> Window:
+def program_window(program: Program, replays: ReplayCache) -> ViewWindow:
     """The square around every state of a program. ActionRefused if the program cannot be folded."""
     return window_of(_papers(program, replays))
 
 
-def window_of(papers: Iterable[Paper]) -> Window:
+def window_of(papers: Iterable[Paper]) -> ViewWindow:
     """A square around every vertex of the papers, with a border."""
     states = list(papers)
     xs, ys = zip(*(at for paper in states for at in paper.folded_vertices_coords.values()), strict=True)

@@ -3,12 +3,11 @@
 from threading import Lock
 
 from cachetools import LRUCache
-from folding_schemas.actions import Action
+from folding_schemas.actions import Actions
 
 from folding_server.simulator import Paper, apply, new_paper
 
 Sheet = tuple[float, float]
-Actions = tuple[Action, ...]
 
 
 class ReplayCache:

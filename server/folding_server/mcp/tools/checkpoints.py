@@ -18,7 +18,7 @@ from folding_server.mcp.results import AnswerPicture, call_tool_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview
 from folding_server.mcp.services.run_status import checkpoint_at, next_step
-from folding_server.mcp.tool_progress import Progress
+from folding_server.mcp.tool_progress import ToolProgress
 from folding_server.simulator import folded_state
 from folding_server.store.views import RunView
 
@@ -83,7 +83,7 @@ def generate_checkpoint_overview(
     app = app_context(ctx)
     run = app.run(run_id)
     photos = app.sequence(run)
-    progress = Progress(ctx, total=run.frames)
+    progress = ToolProgress(ctx, total=run.frames)
     images, diagrams = [], []
     for frame in range(1, run.frames + 1):
         progress.step(f"frame {frame}")

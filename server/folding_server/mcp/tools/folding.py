@@ -16,35 +16,35 @@ from folding_server.simulator.state_diff import StateDifference, state_differenc
 from folding_server.simulator.vertices import id_ranges
 from folding_server.store.views import RunView
 
-Answer = Annotated[CallToolResult, ActionResult]
+_Answer = Annotated[CallToolResult, ActionResult]
 
 
-def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> Answer:
+def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> _Answer:
     """Subdivide an edge."""
     return _act(ctx, run_id, actions.AddVertex(edge=edge, position=position))
 
 
-def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> Answer:
+def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> _Answer:
     """Fold along the line through two vertices."""
     return _act(ctx, run_id, actions.Fold(edge=edge, direction=direction))
 
 
-def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> Answer:
+def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> _Answer:
     """Open a fold again."""
     return _act(ctx, run_id, actions.Unfold(edge=edge))
 
 
-def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> Answer:
+def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> _Answer:
     """Turn the model in the plane."""
     return _act(ctx, run_id, actions.Rotate(angle=angle))
 
 
-def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> Answer:
+def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> _Answer:
     """Turn the model over."""
     return _act(ctx, run_id, actions.Flip(axis=axis))
 
 
-def undo(ctx: ToolContext, run_id: RunId = None) -> Answer:
+def undo(ctx: ToolContext, run_id: RunId = None) -> _Answer:
     """Take back the last action."""
     app = app_context(ctx)
     with app.change(ctx, run_id) as change:

@@ -11,7 +11,9 @@ from folding_server.mcp.parameters import RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.run_status import next_step, run_info
 
-SequenceName = Annotated[str | None, Field(description="the name of a sequence, as list_sequences shows it")]
+OptionalSequence = Annotated[
+    str | None, Field(description="the name of a sequence, as list_sequences shows it")
+]
 ResumedId = Annotated[str | None, Field(description="the id of an earlier run to take up again")]
 
 
@@ -35,7 +37,7 @@ def sequence_list(app: AppContext) -> SequenceList:
 
 
 def open_run(
-    ctx: ToolContext, sequence: SequenceName = None, run_id: ResumedId = None
+    ctx: ToolContext, sequence: OptionalSequence = None, run_id: ResumedId = None
 ) -> Annotated[CallToolResult, RunInfo]:
     """Start a run or resume one."""
     app = app_context(ctx)

@@ -13,7 +13,7 @@ from folding_server.mcp.results import AnswerPicture, call_tool_result
 from folding_server.mcp.services import picture_metas, presenters
 from folding_server.mcp.services.images import diagram, photo_beside_others
 from folding_server.mcp.services.run_status import checkpoint_at
-from folding_server.mcp.tool_progress import Progress
+from folding_server.mcp.tool_progress import ToolProgress
 from folding_server.simulator import folded_state
 from folding_server.store.rules import find_attempt
 from folding_server.store.views import RunView
@@ -78,7 +78,7 @@ def compare_to_frame(
     photos.require(frame)
     actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
     paper = app.replays.after(run.sheet, actions)
-    progress = Progress(ctx, total=2)
+    progress = ToolProgress(ctx, total=2)
     progress.step("finding the sheet in the photos")
     with app.observers.on(photos) as eyes:
         progress.step(f"comparing with frame {frame}")

@@ -12,7 +12,7 @@ from folding_server.mcp.parameters import LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services import presenters
 from folding_server.mcp.services.run_status import check_between
-from folding_server.mcp.tool_progress import Progress
+from folding_server.mcp.tool_progress import ToolProgress
 
 Count = Annotated[int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10")]
 
@@ -28,7 +28,7 @@ def propose_actions(
     photos = app.sequence(run)
     photos.require(frame)
     check_between(run, frame)
-    progress = Progress(ctx, total=2)
+    progress = ToolProgress(ctx, total=2)
     progress.step("finding the sheet in the photos")
     with app.observers.on(photos) as eyes:
         progress.step(f"explaining frame {frame}")

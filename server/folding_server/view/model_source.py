@@ -15,7 +15,7 @@ from folding_server.store.run_ids import is_run_id
 from folding_server.store.run_store import RunStore
 from folding_server.view.local_model import LocalModel
 from folding_server.view.photo_strip import photos_of
-from folding_server.view.stops import Window
+from folding_server.view.stops import ViewWindow
 
 Tell = Callable[[str], None]
 """Says one sentence to the user, such as why there are no photos."""
@@ -64,7 +64,7 @@ def _of_stored_run(data: Path, run_id: str, find: Callable[[str], Sequence], tel
 
 def _photos(
     find: Callable[[], Sequence], program: Program, tell: Tell
-) -> Callable[[Window], dict[int, str]] | None:
+) -> Callable[[ViewWindow], dict[int, str]] | None:
     """The photos of a run's frames; None where they cannot be had."""
     try:
         sequence = find()
