@@ -164,7 +164,7 @@ def planes_microseconds() -> dict[str, dict[str, float]]:
 def by_networkx(faces: Sequence[int], pairs: Sequence[tuple[int, ...]]) -> list[list[int]]:
     """Connected components by networkx."""
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_edges_from(pairs)
+    graph.add_edges_from((pair[0], pair[1]) for pair in pairs)
     graph.add_nodes_from(faces)
     return sorted(map(sorted, nx.connected_components(graph)))
 
