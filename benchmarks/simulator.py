@@ -1,12 +1,14 @@
 """How fast the simulator folds, beside a plain shapely version of the same cut: ``python benchmarks/simulator.py``.
 
-Prints one JSON document: milliseconds an action on the recorded programs (read from ../shared/programs/recorded where
-present), seconds for each fold that halves the whole stack again, milliseconds for each of six random folds, the peak
-memory per face, and the microseconds to find the planes of three papers of 200 faces from the pairs of faces that lie flat
-together, by our union-find and by networkx. Times are processor times. ``--folds`` sets how often the stack is halved (12 makes 4,096 faces).
+Prints one JSON document: milliseconds an action on the recorded programs (of the folder that FOLDING_REFERENCE_DATA
+names, or of ../shared, where present), seconds for each fold that halves the whole stack again, milliseconds for each
+of six random folds, the peak memory per face, and the microseconds to find the planes of three papers of 200 faces from
+the pairs of faces that lie flat together, by our union-find and by networkx. Times are processor times. ``--folds``
+sets how often the stack is halved (12 makes 4,096 faces).
 """
 
 import json
+import os
 import random
 import statistics
 import timeit
@@ -32,7 +34,8 @@ from shapely.geometry import box
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
-RECORDED = Path(__file__).resolve().parents[2] / "shared" / "programs" / "recorded"
+REFERENCE = Path(os.environ.get("FOLDING_REFERENCE_DATA") or Path(__file__).resolve().parents[2] / "shared")
+RECORDED = REFERENCE / "programs" / "recorded"
 ACTION: TypeAdapter[Action] = TypeAdapter(Action)
 MOST_PLAIN = 10
 """The plain version is slow: it stops after this many halvings."""

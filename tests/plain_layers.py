@@ -35,17 +35,20 @@ class Joint(NamedTuple):
 
 def laid_flat(pattern: CreasePattern) -> tuple[list[Motion], list[shapely.Polygon], list[Joint]]:
     """How each face moves when all is folded and the first stays, where the faces lie, and what joins them."""
-    points = [complex(*vertex) for vertex in pattern.vertices]
-    letters = {frozenset(e): a for e, a in zip(pattern.edges, pattern.edges_assignment, strict=True)}
+    points = [complex(*vertex) for vertex in pattern.vertices_coords]
+    letters = {frozenset(e): a for e, a in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)}
     joints = [(*faces, side) for side, faces in _beside(pattern).items() if len(faces) == 2]
     motions = {0: Motion()}
-    while len(motions) < len(pattern.faces):
+    while len(motions) < len(pattern.faces_vertices):
         for one, other, side in joints:
             for known, new in ((one, other), (other, one)):
                 if known in motions and new not in motions:
                     turn = Motion() if letters[side] == "F" else _mirror(*(points[v] for v in side))
                     motions[new] = motions[known].after(turn)
-    lies = {face: [_xy(motions[face](points[v])) for v in cycle] for face, cycle in enumerate(pattern.faces)}
+    lies = {
+        face: [_xy(motions[face](points[v])) for v in cycle]
+        for face, cycle in enumerate(pattern.faces_vertices)
+    }
     lines = [
         Joint(one, other, letters[side], shapely.LineString([_xy(motions[one](points[v])) for v in side]))
         for one, other, side in joints
@@ -116,7 +119,7 @@ def _pairs(some: Sequence[int], others: Sequence[int]) -> set[tuple[int, int]]:
 def _beside(pattern: CreasePattern) -> dict[frozenset[int], list[int]]:
     """The faces beside each edge."""
     beside: dict[frozenset[int], list[int]] = {}
-    for face, cycle in enumerate(pattern.faces):
+    for face, cycle in enumerate(pattern.faces_vertices):
         for side in zip(cycle, cycle[1:] + cycle[:1], strict=True):
             beside.setdefault(frozenset(side), []).append(face)
     return beside
