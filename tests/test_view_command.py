@@ -136,10 +136,11 @@ def test_every_control_has_a_name_and_focus_is_seen(browser: Browser, cat_file: 
         )
         assert nameless == []
         reached = []
-        for _ in range(12):
-            page.keyboard.press("Tab")
+        page.keyboard.press("Tab")
+        while page.evaluate("document.activeElement !== document.body"):
             reached.append(page.evaluate("document.activeElement.id"))
             assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+            page.keyboard.press("Tab")
     assert {"first", "play", "position", "folded", "pattern", "ids"} <= set(reached)
 
 
