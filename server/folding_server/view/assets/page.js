@@ -46,9 +46,7 @@ function render() {
   byId("position").setAttribute("aria-valuetext", inWords(stop));
   byId("first").disabled = byId("back").disabled = shown.index === 0;
   byId("last").disabled = byId("next").disabled = atLast();
-  for (const button of byId("program").querySelectorAll("button"))
-    if (Number(button.dataset.index) === shown.index) button.setAttribute("aria-current", "step");
-    else button.removeAttribute("aria-current");
+  markInProgram();
   fillNumbers(stop);
   drawPictures();
   renderFolding();
@@ -107,6 +105,14 @@ function overlay(svg, coords, place, picture) {
   else if (stop.crease) over.push(segment(...stop.crease.map((id) => place(coords[id])), { class: "made" }));
   over.push(...marked.map(({ at }) => dot(at, unit)), ...labelled.map((each) => label(each, middle, unit)));
   svg.querySelector(".overlay").replaceChildren(...over);
+}
+
+function markInProgram() {
+  const list = byId("program");
+  list.querySelector("[aria-current]")?.removeAttribute("aria-current");
+  const button = list.querySelector(`[data-index="${shown.index}"]`);
+  button.setAttribute("aria-current", "step");
+  list.scrollTop = button.offsetTop - list.clientHeight / 2;
 }
 
 function fillProgram() {
@@ -335,6 +341,7 @@ async function start() {
     wear(await connection.open());
   }
   watchSize();
+  byId("program").parentElement.addEventListener("toggle", markInProgram);
 }
 
 start();
