@@ -22,7 +22,8 @@ FEWEST_BESIDE, MOSTLY = 6, 0.6
 ON_ITSELF = 0.2
 """Share of a line that, moved along itself, may lie on the line as it was: more shows the line, not what lies beside it.
 
-Measured on 2,500 random straight lines of 90 pixels: at 0, 0.2 and 0.5 all are shown; without it, 2 of them are not.
+Of 2,500 random straight lines of 64 to 90 pixels, 1.5 times as strong as the noise of each photo, all are shown; without this
+limit, 2 are not.
 """
 _BESIDE = np.array([(y, x) for y in range(-21, 22, 7) for x in range(-21, 22, 7) if abs(x) + abs(y) > 10])
 _HERE = np.array([(y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)])
