@@ -254,7 +254,7 @@ def test_settings_that_cannot_be_used_get_one_sentence(
 def test_a_program_that_cannot_be_folded_names_step_action_and_reason(tmp_path: Path) -> None:
     bad = HALF.model_copy(update={"steps": (*HALF.steps, (Fold(edge=(2, 99), direction=1),))})
     with pytest.raises(
-        ProgramError, match=r"Step 6 of half cannot be folded: fold \[2, 99\] direction 1.*no vertex 99"
+        ProgramError, match=r"Step 6 of half cannot be folded: fold\(\[2, 99\], 1\).*no vertex 99"
     ):
         photograph(bad, tmp_path / "new", 1, size=SIZE)
     assert not (tmp_path / "new").exists()
