@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import cv2
 import numpy as np
 from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
+from folding_server.vision.motion import ObservedMovement, movement
+from folding_server.vision.seeing import Eyes, see_sequence
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint
 
 LOOK = Look()
@@ -59,3 +62,17 @@ def film() -> Filmed:
     steps = [(0.9, 1.0), (0.75, 0.97), (0.5, 1.03), (0.35, 0.98)]
     images = [lifted(reach, i, light) for i, (reach, light) in enumerate(steps)]
     return Filmed([paint(new_paper(), LOOK), paint(folded, LOOK, seed=9)], images=images)
+
+
+@cache
+def eyes_on_film() -> Eyes:
+    """The film as it is seen. Tests of one process share it: what it remembers of images is never changed."""
+    return see_sequence(film())
+
+
+@cache
+def film_movement() -> ObservedMovement:
+    """What moves between the film's two photos."""
+    found = movement(eyes_on_film(), 2)
+    assert found is not None
+    return found

@@ -6,13 +6,14 @@ import cv2
 import numpy as np
 from folding_server.geometry.isometry import Isometry, turn
 from folding_server.simulator import Paper
-from folding_server.vision.borders import visible_borders
 from folding_server.vision.fitting.scene import Scene, Views
 from folding_server.vision.grid import grid_over
 from folding_server.vision.labels import UNKNOWN, as_one_colour
-from folding_server.vision.raster import draw_paper
+from paper_drawings import label_image, layer_lines
 
 REACH = (-0.6, -0.6, 1.6, 1.6)
+LINE_WIDTH = 2.0
+"""Pixels that the dark line is wide at which a layer ends."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +45,13 @@ def lit_scene(paper: Paper, motion: Isometry, seed: int, slope: float = 0.0, lin
     """
     chance = np.random.default_rng(seed)
     grid = grid_over(256, REACH)
-    labels = as_one_colour(draw_paper(paper, grid, motion))
+    labels = as_one_colour(label_image(paper, grid, motion))
     light = (
         170
         + slope * np.linspace(REACH[0], REACH[2], grid.cols, dtype=np.float32)[None]
         + np.zeros_like(labels)
     )
-    light = light - line * visible_borders(paper, grid, motion).layers + chance.normal(0, 1.5, labels.shape)
+    light = light - line * layer_lines(paper, grid, motion, LINE_WIDTH) + chance.normal(0, 1.5, labels.shape)
     return Scene(grid, labels, False, light=cv2.GaussianBlur(light.astype(np.float32), (0, 0), 0.8))
 
 
@@ -58,7 +59,7 @@ def scene(paper: Paper, pixels_per_unit: float, spoiling: Spoiling, seed: int) -
     """A paper as a label image."""
     chance = np.random.default_rng(seed)
     grid = grid_over(pixels_per_unit, REACH)
-    labels = draw_paper(paper, grid, spoiling.motion).copy()
+    labels = label_image(paper, grid, spoiling.motion)
     wrong = chance.random(labels.shape) < spoiling.noise
     labels[wrong] = chance.integers(0, 3, int(wrong.sum()))
     labels = cv2.medianBlur(labels, 3)

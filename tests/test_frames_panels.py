@@ -17,7 +17,8 @@ def plain(shade: int, width: int = 200, height: int = 150) -> RgbImage:
 
 def where(panel: RgbImage, shade: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows and columns of the pixels of one shade."""
-    rows, places = np.nonzero((panel == (shade, shade, 0)).all(axis=2))
+    red, green, blue = np.moveaxis(panel, 2, 0)
+    rows, places = np.nonzero((red == shade) & (green == shade) & (blue == 0))
     return rows, places
 
 

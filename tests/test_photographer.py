@@ -3,6 +3,8 @@ sentence.
 """
 
 import json
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +39,21 @@ HALF = Program(
         (Flip(axis="x"),),
     ),
 )
+
+
+Photographed = Callable[..., Path]
+"""Seed, and level and size where they are not the usual ones, to the folder with the photos."""
+
+
+@pytest.fixture(scope="session")
+def photographed(tmp_path_factory: pytest.TempPathFactory) -> Photographed:
+    """The program photographed once for all tests that look at the same photos of it; they change none."""
+
+    @cache
+    def take(seed: int, level: int = 1, size: tuple[int, int] = SIZE) -> Path:
+        return photograph(HALF, tmp_path_factory.mktemp("half"), seed, level, size).folder
+
+    return take
 
 
 def truth_of(folder: Path) -> dict[str, Any]:
@@ -99,11 +116,13 @@ def test_the_same_seed_gives_the_same_files_and_another_seed_others(tmp_path: Pa
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_every_pixel_of_level_1_shows_the_side_that_the_truth_says(tmp_path: Path, seed: int) -> None:
-    photograph(HALF, tmp_path, seed, size=SIZE)
-    truth = truth_of(tmp_path)
+def test_every_pixel_of_level_1_shows_the_side_that_the_truth_says(
+    photographed: Photographed, seed: int
+) -> None:
+    folder = photographed(seed)
+    truth = truth_of(folder)
     for frame in truth["frames"]:
-        agree = looks(picture_of(tmp_path, frame), truth["scene"]) == sides(frame, SIZE)
+        agree = looks(picture_of(folder, frame), truth["scene"]) == sides(frame, SIZE)
         assert agree.mean() > 0.985, frame["frame"]
 
 
@@ -121,18 +140,16 @@ def test_faces_show_their_side_at_harder_levels(tmp_path: Path, level: int, seed
             assert (np.linalg.norm(seen - back) < np.linalg.norm(seen - front)) == bool(top[0])
 
 
-def test_the_homography_takes_folded_places_to_the_vertex_pixels(tmp_path: Path) -> None:
-    photograph(HALF, tmp_path, 3, 2, (400, 400))
-    for frame in truth_of(tmp_path)["frames"]:
+def test_the_homography_takes_folded_places_to_the_vertex_pixels(photographed: Photographed) -> None:
+    for frame in truth_of(photographed(3, 2, (400, 400)))["frames"]:
         homography = np.array(frame["camera"]["folded_to_pixel"])
         for v, vertex in frame["vertices"].items():
             x, y, w = homography @ [*vertex["folded"], 1]
             assert np.hypot(x / w - frame["vertex_pixels"][v][0], y / w - frame["vertex_pixels"][v][1]) < 0.5
 
 
-def test_the_camera_matrices_agree_with_each_other(tmp_path: Path) -> None:
-    photograph(HALF, tmp_path, 3, 2, SIZE)
-    camera = truth_of(tmp_path)["frames"][2]["camera"]
+def test_the_camera_matrices_agree_with_each_other(photographed: Photographed) -> None:
+    camera = truth_of(photographed(3, 2, (400, 400)))["frames"][2]["camera"]
     K, R, t = (np.array(camera[key]) for key in "KRt")
     table = K @ np.column_stack([R[:, 0], R[:, 1], t])
     assert np.allclose(table / table[2, 2], camera["table_to_pixel"], atol=1e-3)
@@ -197,9 +214,8 @@ def test_imprecision_stays_within_its_bounds(seed: int) -> None:
         assert abs(exact.position - off.position) <= 0.0102
 
 
-def test_truth_repeats_the_actions_with_their_places_on_the_sheet(tmp_path: Path) -> None:
-    photograph(HALF, tmp_path, 1, size=SIZE)
-    step = truth_of(tmp_path)["frames"][4]["step"]
+def test_truth_repeats_the_actions_with_their_places_on_the_sheet(photographed: Photographed) -> None:
+    step = truth_of(photographed(1))["frames"][4]["step"]
     assert [a["action"] for a in step] == ["add_vertex", "add_vertex", "fold"]
     assert step[0]["at"] == [[0, 0], [0, 1]]
     assert step[2]["at"] == [[0, 0.3], [0.7, 1]]
@@ -238,7 +254,7 @@ def test_settings_that_cannot_be_used_get_one_sentence(
 def test_a_program_that_cannot_be_folded_names_step_action_and_reason(tmp_path: Path) -> None:
     bad = HALF.model_copy(update={"steps": (*HALF.steps, (Fold(edge=(2, 99), direction=1),))})
     with pytest.raises(
-        ProgramError, match=r"Step 6 of half cannot be folded: fold \[2, 99\] direction 1.*no vertex 99"
+        ProgramError, match=r"Step 6 of half cannot be folded: fold\(\[2, 99\], 1\).*no vertex 99"
     ):
         photograph(bad, tmp_path / "new", 1, size=SIZE)
     assert not (tmp_path / "new").exists()

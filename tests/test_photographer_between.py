@@ -127,10 +127,13 @@ def test_the_truth_tells_what_moves_and_how_far_it_has_come(turns: Path) -> None
 def test_the_side_that_is_seen_of_a_flap_changes_halfway(tmp_path: Path) -> None:
     folded = TURNS.model_copy(update={"steps": TURNS.steps[:1]})
     photograph(folded, tmp_path, 1, size=SIZE, between=6)
+    seen = set()
     for told in truth_of(tmp_path)["between"]:
         (flap,) = (face for face in told["faces"] if face["moves"])
         if abs(told["degrees"] - 90) > 15:
             assert flap["back"] == (told["degrees"] > 90)
+            seen.add(bool(flap["back"]))
+    assert seen == {False, True}
 
 
 def test_what_stays_stays_and_the_flap_reaches_less_far_as_it_rises(turns: Path) -> None:
@@ -171,9 +174,11 @@ def test_a_swing_starts_and_ends_with_the_paper_that_lies_there(step: int) -> No
 
 
 def test_hands_move_the_paper_where_the_level_has_hands(tmp_path: Path) -> None:
-    for level in (2, 3):
-        photograph(TURNS, tmp_path / str(level), 4, level, SIZE, between=2)
+    short = TURNS.model_copy(update={"steps": TURNS.steps[:2]})
+    for level, program in ((2, short), (3, TURNS)):
+        photograph(program, tmp_path / str(level), 4, level, SIZE, between=2)
     assert all(told["hand"] is None for told in truth_of(tmp_path / "2")["between"])
+    assert len(truth_of(tmp_path / "3")["between"]) == 10
     for told in truth_of(tmp_path / "3")["between"]:
         hand = told["hand"]
         assert hand["pose"] == "hold"

@@ -13,12 +13,12 @@ from folding_server.geometry.line import Line
 from folding_server.simulator import Paper, apply, new_paper, replay
 from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.solver.holding import held
-from folding_server.vision.solver.leaves import AT, Leaves
+from folding_server.vision.solver.leaves import AT, NEAR_LINE, Leaves
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import nice_fraction, realise
 from folding_server.vision.solver.sheet_motions import locate
 from folding_server.vision.solver.transition import explain
-from hypothesis import given, strategies
+from hypothesis import given, settings, strategies
 from label_views import CLEAN, Spoiling, views
 from papers import CAT, figure
 from shapely.geometry import Polygon
@@ -140,13 +140,12 @@ def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone
     truth = cat
     for action in program.steps[6]:
         truth = apply(truth, action)
-    ears, head = {5, 6, 7, 8}, {1, 2, 3, 4}
+    head = {1, 2, 3, 4}
     for gap in (0.0, 0.0004, 0.0008):
         line = Line(0.0, 1.0, truth.folded_vertices_coords[10][1] - gap)
         (moving,) = (m for m in Leaves(cat).moving_sets(line) if m.faces == head)
         ((_, folded),) = realise(cat, moving, exact=False)
         assert turned_by(cat, folded) == head
-        assert not turned_by(cat, folded) & ears
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.0004, -0.0004, 0.01, -0.01])
@@ -178,17 +177,57 @@ def test_a_simple_fraction_is_taken_where_it_is_near_for_the_length_of_the_edge(
     assert nice_fraction(fraction, length, exact=False) == taken
 
 
+@settings(max_examples=50)
 @given(strategies.integers(0, 10**6))
 def test_layer_sets_are_closed_and_each_can_be_folded(seed: int) -> None:
-    random = Random(seed)
-    paper = random_paper(random, 3)
-    angle = random.uniform(0, 2 * pi)
-    line = Line(cos(angle), sin(angle), random.uniform(-0.2, 1.2))
+    paper, line = creased_at_random(seed)
     sets = list(Leaves(paper).moving_sets(line))
     assert len({moving.faces for moving in sets}) == len(sets)
     for first, second in combinations(sets, 2):
         if second.seed in first.faces:
             assert second.faces <= first.faces
+    for moving in sets:
+        ways = realise(paper, moving, exact=True)
+        assert ways
+        for _, folded in ways:
+            turned = turned_by(paper, folded)
+            assert turned & moving.faces
+            assert thin(paper, line, turned - moving.faces)
+
+
+def test_nearly_every_layer_set_turns_as_it_was_predicted() -> None:
+    """Where both places at which the line meets a layer also lie on one above, the fold that names them may turn less."""
+    predicted, turned = 0, 0
+    for paper, line in map(creased_at_random, range(60)):
+        for moving in Leaves(paper).moving_sets(line):
+            ways = [turned_by(paper, folded) for _, folded in realise(paper, moving, exact=True)]
+            predicted += 1
+            turned += len(ways) == 1 and thin(paper, line, ways[0] ^ moving.faces)
+    assert predicted > 50
+    assert turned >= 0.97 * predicted
+
+
+def creased_at_random(seed: int) -> tuple[Paper, Line]:
+    """A paper folded at random, and a line across it that no vertex is near."""
+    random = Random(seed)
+    while True:
+        paper = random_paper(random, 3)
+        line = line_across(paper, random)
+        if min(abs(line.distance(p)) for p in paper.folded_vertices_coords.values()) > NEAR_LINE:
+            return paper, line
+
+
+def line_across(paper: Paper, random: Random) -> Line:
+    """A line at any angle through a place between two vertices of a folded paper."""
+    angle, part = random.uniform(0, 2 * pi), random.uniform(0.2, 0.8)
+    (x, y), (u, v) = random.sample(sorted(paper.folded_vertices_coords.values()), 2)
+    place = (x + part * (u - x), y + part * (v - y))
+    return Line(cos(angle), sin(angle), cos(angle) * place[0] + sin(angle) * place[1])
+
+
+def thin(paper: Paper, line: Line, faces: frozenset[int]) -> bool:
+    """Whether faces reach no further over a line than a crease is found exactly."""
+    return all(line.distance(p) <= 2 * NEAR_LINE for face in faces for p in paper.polygon(face))
 
 
 def turned_by(paper: Paper, folded: Paper) -> frozenset[int]:

@@ -14,9 +14,10 @@ seeds = st.integers(0, 2**16)
 degrees = st.floats(0, 180)
 
 
-def drawn(angle: float, length: float) -> Mask:
-    """A line of so many pixels through the middle of a picture, at an angle in degrees."""
-    step = length / 2 * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+def drawn(angle: float, pixels: float) -> Mask:
+    """A line of so many pixels, give or take one, through the middle of a picture, at an angle in degrees."""
+    way = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    step = pixels / 2 * way / np.abs(way).max()
     ends = [np.rint(SIZE / 2 + sign * step).astype(int).tolist() for sign in (-1, 1)]
     picture = np.zeros((SIZE, SIZE), np.uint8)
     return np.asarray(cv2.line(picture, ends[0], ends[1], 1) > 0)
@@ -40,6 +41,20 @@ def test_where_there_is_no_line_hardly_any_shows(several: list[int], angle: floa
     line = drawn(angle, 90)
     sure = [FaintLines(noise(s), noise(s + 1), ALL).shown(line)[line].mean() for s in several]
     assert np.mean(sure) < 0.25
+
+
+@pytest.mark.parametrize(
+    ("seed", "angle"), [(4452, 139.0), (64992, 52.17140696688673), (47954, 47.30862671494691)]
+)
+def test_a_line_is_not_compared_with_itself_moved_along(seed: int, angle: float) -> None:
+    line = drawn(angle, 90 * np.abs([np.cos(np.radians(angle)), np.sin(np.radians(angle))]).max())
+    shown = FaintLines(noise(seed), noise(seed + 1) - 1.5 * line, ALL).shown(line)
+    assert shown[line].min() > 0.5
+
+
+@given(degrees)
+def test_a_line_has_as_many_pixels_at_every_angle(angle: float) -> None:
+    assert abs(int(drawn(angle, 90).sum()) - 90) <= 1
 
 
 @given(seeds)

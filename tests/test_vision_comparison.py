@@ -1,6 +1,6 @@
 """A state is laid over a photo by a small motion, scored, judged, and told in words where it is wrong."""
 
-from math import degrees, hypot
+from math import hypot
 
 import numpy as np
 import pytest
@@ -12,14 +12,14 @@ from folding_server.vision.discrepancies import discrepancies
 from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.inner_lines import NO_LINES, LineMatch
-from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour
+from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour, is_paper
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
-from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.registration import align_paper, coarser
 from folding_server.vision.seeing import SeenFrame, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_drawings import label_image, label_polygons
 from vision_scenes import Look, PhotoList, paint
 
 GRID = grid_over(96)
@@ -36,7 +36,7 @@ def seen_as(
     paper: Paper, motion: Isometry, scales: tuple[float, float] = (1.0, 1.0), two: bool = True
 ) -> SeenFrame:
     """A photo that shows just this."""
-    labels = draw_paper(paper, GRID, motion)
+    labels = label_image(paper, GRID, motion)
     if not two:
         labels = as_one_colour(labels)
     nothing = np.zeros(labels.shape, np.float32)
@@ -54,12 +54,14 @@ def similarity(dx: float, dy: float, clockwise: float, scale: float = 1.0) -> Is
 
 def shown(paper: Paper, motion: Isometry = IDENTITY) -> Scene:
     """A perfect label image."""
-    return Scene(GRID, draw_paper(paper, GRID, motion))
+    return Scene(GRID, label_image(paper, GRID, motion))
 
 
 def test_agreement_is_one_for_the_truth_and_falls_with_the_error() -> None:
     values = [align_paper(folded(p), shown(folded())).agreement for p in (0.4, 0.45, 0.55)]
-    assert values[0] == 1.0
+    assert align_paper(folded(0.3), shown(folded(0.3))).agreement == 1.0
+    # The rasteriser draws outlines 0.07 pixels too far out (see test_vision_raster.py), here over two pixels of 7,283.
+    assert values[0] >= 1 - 2 / is_paper(shown(folded()).labels).sum()
     assert values[0] > values[1] > values[2] > 0.5
 
 
@@ -72,7 +74,7 @@ def test_unknown_pixels_never_count_against_a_state() -> None:
 
 
 def test_sides_that_look_alike_are_compared_as_paper_alone() -> None:
-    seen = Scene(GRID, as_one_colour(draw_paper(folded(), GRID)), two_coloured=False)
+    seen = Scene(GRID, as_one_colour(label_image(folded(), GRID)), two_coloured=False)
     assert align_paper(folded(), seen).agreement == 1.0
 
 
@@ -127,7 +129,8 @@ def test_the_truth_matches_and_says_nothing() -> None:
     assert match.words == []
     assert min(match.iou.values()) > 0.97
     assert match.outline_distance < 0.003
-    assert match.alignment.shift == pytest.approx((0.02, -0.03, 2.0), abs=0.6)
+    assert match.alignment.shift[:2] == pytest.approx((0.02, -0.03), abs=0.01)
+    assert match.alignment.shift[2] == pytest.approx(2.0, abs=0.6)
 
 
 def test_a_flap_in_the_wrong_place_is_named() -> None:
@@ -145,7 +148,7 @@ def test_a_flap_in_the_wrong_place_is_named() -> None:
 def test_how_far_a_side_is_off_is_told(off: str) -> None:
     inset = 6 / GRID.pixels_per_unit
     wide, narrow = (
-        draw_labels([[(x, 0.0), (1.0, 0.0), (1.0, 1.0), (x, 1.0)]], [False], GRID) for x in (0.0, inset)
+        label_polygons([[(x, 0.0), (1.0, 0.0), (1.0, 1.0), (x, 1.0)]], [False], GRID) for x in (0.0, inset)
     )
     diagram, photo = (wide, narrow) if off == "long" else (narrow, wide)
     (found,) = discrepancies(diagram, photo, GRID.pixels_per_unit)
@@ -156,17 +159,17 @@ def test_how_far_a_side_is_off_is_told(off: str) -> None:
 @given(st.floats(0.06, 0.3))
 @settings(max_examples=10, deadline=None)
 def test_a_flap_is_too_long_by_what_its_tip_reaches_beyond(length: float) -> None:
-    photo = draw_labels([SQUARE], [False], GRID)
+    photo = label_polygons([SQUARE], [False], GRID)
     tip = [(1.0, 0.4), (1.0 + length, 0.5), (1.0, 0.6)]
-    (found,) = discrepancies(draw_labels([SQUARE, tip], [False, True], GRID), photo, GRID.pixels_per_unit)
+    (found,) = discrepancies(label_polygons([SQUARE, tip], [False, True], GRID), photo, GRID.pixels_per_unit)
     assert found.beyond == pytest.approx(length, abs=0.03)
     assert found.place == "right"
 
 
 def test_the_place_of_a_bent_region_lies_within_it() -> None:
     smaller = [(0.1, 0.0), (1.0, 0.0), (1.0, 0.9), (0.1, 0.9)]
-    photo = draw_labels([smaller], [False], GRID)
-    (found,) = discrepancies(draw_labels([SQUARE], [False], GRID), photo, GRID.pixels_per_unit)
+    photo = label_polygons([smaller], [False], GRID)
+    (found,) = discrepancies(label_polygons([SQUARE], [False], GRID), photo, GRID.pixels_per_unit)
     assert found.place != "centre"
     assert found.area == pytest.approx(0.19, abs=0.02)
 
@@ -229,7 +232,9 @@ def test_one_colour_matches_know_only_paper() -> None:
 def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
     strip = [(0.4, 0.4), (0.5, 0.4), (0.5, 0.5), (0.4, 0.5)]
     seen = seen_as(new_paper(), similarity(0, 0, 0))
-    marked = SeenFrame(2, draw_labels([SQUARE, strip], [False, True], GRID), *list(vars(seen).values())[2:])
+    marked = SeenFrame(
+        2, label_polygons([SQUARE, strip], [False, True], GRID), *list(vars(seen).values())[2:]
+    )
     match = compare(new_paper(), marked)
     assert match.agreement > 0.98
     assert match.verdict == "MISMATCH"
@@ -265,8 +270,8 @@ def test_a_layer_edge_that_the_state_lacks_is_named() -> None:
 
 
 def test_outline_distance_is_in_sheet_units() -> None:
-    labels = draw_paper(new_paper(), GRID)
-    moved = draw_paper(new_paper(), GRID, similarity(0.1, 0, 0))
+    labels = label_image(new_paper(), GRID)
+    moved = label_image(new_paper(), GRID, similarity(0.1, 0, 0))
     mean, worst = outline_distances(labels, moved, GRID.pixels_per_unit)
     assert 0.04 < mean < 0.07
     assert worst == pytest.approx(0.1, abs=0.02)
@@ -281,7 +286,7 @@ def test_from_photo_to_overlay() -> None:
     match = compare(folded(), seen)
     assert match.verdict == "MATCH"
     assert match.agreement > 0.98
-    assert degrees(0) == pytest.approx(match.alignment.shift[2] - 3.0, abs=0.5)
+    assert match.alignment.shift[2] == pytest.approx(3.0, abs=0.5)
     overlay = draw_overlay(folded(), seen, match, 400)
     assert max(overlay.shape[:2]) == pytest.approx(400, abs=2)
     wrong = draw_overlay(new_paper(), seen, compare(new_paper(), seen), 400)

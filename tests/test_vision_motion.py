@@ -1,6 +1,7 @@
 """The images between two photos tell which side of the paper moved, and hands in them are no motion."""
 
-from films import LOOK, film, halves
+import pytest
+from films import LOOK, eyes_on_film, film_movement, halves
 from folding_server.simulator import fold
 from folding_server.simulator.paper import new_paper
 from folding_server.vision.labels import UNKNOWN
@@ -9,10 +10,11 @@ from folding_server.vision.photos import Film
 from folding_server.vision.seeing import see_sequence
 from vision_scenes import PhotoList, paint
 
+pytestmark = pytest.mark.xdist_group("film")  # one worker sees the film, once
+
 
 def test_the_moving_side_changes_and_the_other_stays() -> None:
-    found = movement(see_sequence(film()), 2)
-    assert found is not None
+    found = film_movement()
     places = (
         found.before.grid.to_pixel([[x, y] for x in (0.1, 0.2) for y in (0.15, 0.85)]).round().astype(int)
     )
@@ -25,8 +27,7 @@ def test_the_moving_side_changes_and_the_other_stays() -> None:
 
 
 def test_the_table_shows_where_all_of_the_paper_was_lifted_and_the_other_side_where_it_comes_to_lie() -> None:
-    found = movement(see_sequence(film()), 2)
-    assert found is not None
+    found = film_movement()
     left, right = (
         found.before.grid.to_pixel([[x, y] for y in (0.3, 0.65)]).round().astype(int) for x in (0.52, 0.92)
     )
@@ -37,14 +38,13 @@ def test_the_table_shows_where_all_of_the_paper_was_lifted_and_the_other_side_wh
 
 
 def test_the_edge_of_the_paper_is_not_watched_since_the_sheet_may_drift() -> None:
-    found = movement(see_sequence(film()), 2)
-    assert found is not None
+    found = film_movement()
     column, row = found.before.grid.to_pixel([0.5, 0.985]).round().astype(int)
     assert found.watched[row, column] == 0
 
 
 def test_hands_in_the_images_between_are_unknown() -> None:
-    seen = see_sequence(film()).between(2, 96)
+    seen = eyes_on_film().between(2, 96)
     assert len(seen) == 4
     assert [image.frame for image in seen] == [2, 2, 2, 2]
     for image in seen:
@@ -58,4 +58,4 @@ def test_a_sequence_of_photos_alone_has_no_motion() -> None:
     assert not isinstance(photos, Film)
     assert eyes.between(2) == ()
     assert movement(eyes, 2) is None
-    assert see_sequence(film()).between(1) == ()
+    assert eyes_on_film().between(1) == ()

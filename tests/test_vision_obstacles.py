@@ -7,8 +7,8 @@ from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, is_paper
-from folding_server.vision.raster import draw_paper
 from folding_server.vision.seeing import see_sequence
+from paper_drawings import label_image
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint, share_right
 
 HIDDEN_BLUE = Look(front=(240, 238, 230), back=(50, 100, 180), table=(35, 36, 40), lamp=0.1)
@@ -25,7 +25,7 @@ def test_a_strip_of_the_other_side_two_pixels_wide_is_seen(width: float) -> None
     shown = peeping(width)
     photos = PhotoList([paint(new_paper(), HIDDEN_BLUE), paint(shown, HIDDEN_BLUE, seed=1)])
     seen = see_sequence(photos).frame(2, 160)
-    truth = draw_paper(shown, seen.grid)
+    truth = label_image(shown, seen.grid)
     assert share_right(seen.labels, truth) > 0.98
     assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.6
 
@@ -47,7 +47,7 @@ def wood(rng: np.random.Generator) -> RgbImage:
 
 def on_table(paper: Paper, look: Look, table: RgbImage, seed: int) -> RgbImage:
     """A painted photo whose table is a picture."""
-    shown = draw_paper(paper, GRID) > 0
+    shown = label_image(paper, GRID) > 0
     noise = np.random.default_rng(seed).normal(0, 1.5, table.shape)
     photo = np.where(shown[..., None], paint(paper, look, seed=seed), table + noise)
     return np.clip(cv2.GaussianBlur(photo, (0, 0), 0.6), 0, 255).astype(np.uint8)
@@ -69,7 +69,7 @@ def test_a_brown_hand_on_a_wooden_table_is_unknown(skin: tuple[int, int, int]) -
     covered = (rectified[..., 0] > 200) & inside
     assert (seen.labels == UNKNOWN)[covered].mean() > 0.9
     far = cv2.dilate(covered.astype(np.uint8), np.ones((21, 21), np.uint8)) == 0
-    truth = draw_paper(folded, seen.grid)
+    truth = label_image(folded, seen.grid)
     assert share_right(np.where(far, seen.labels, UNKNOWN), truth) > 0.97
     assert (bare.labels == UNKNOWN)[100:300, 100:300].mean() < 0.01
 
@@ -102,7 +102,7 @@ def test_a_hand_of_about_the_colour_of_the_back_is_no_paper(
     rectified, inside = eyes.pose.rectify(cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid)
     covered = (rectified[..., 0] > 200) & inside
     assert (seen.labels == BACK)[covered].mean() < 0.05
-    assert (seen.labels == FRONT)[~covered & (draw_paper(flat, seen.grid) == FRONT)].mean() > 0.9
+    assert (seen.labels == FRONT)[~covered & (label_image(flat, seen.grid) == FRONT)].mean() > 0.9
 
 
 def test_lines_on_a_mat_in_the_colour_of_the_paper_stay_table() -> None:
@@ -113,7 +113,7 @@ def test_lines_on_a_mat_in_the_colour_of_the_paper_stay_table() -> None:
     folded = fold(new_paper(), (1, 3), 1)
     photos = [on_table(paper, look, table, i) for i, paper in enumerate((new_paper(), folded))]
     seen = see_sequence(PhotoList(photos)).frame(2, 160)
-    truth = draw_paper(folded, seen.grid)
+    truth = label_image(folded, seen.grid)
     stray = is_paper(seen.labels) & (truth == BACKGROUND)
     assert stray.sum() < 0.02 * (truth > 0).sum()
     assert share_right(seen.labels, truth) > 0.97
@@ -132,7 +132,7 @@ def test_a_part_of_a_sleeve_in_the_colour_of_the_paper_is_no_paper() -> None:
     ):
         cv2.line(photos[2], start, end, colour, width)
     seen = see_sequence(PhotoList(photos)).frame(3, 180)
-    truth = draw_paper(flat, seen.grid)
+    truth = label_image(flat, seen.grid)
     below = is_paper(seen.labels) & (truth == BACKGROUND)
     assert below.sum() < 0.002 * (truth > 0).sum()
     assert (seen.labels == FRONT)[truth == FRONT].mean() > 0.85
@@ -145,7 +145,7 @@ def test_a_hand_like_the_hidden_side_that_lies_on_the_sheet_is_no_paper() -> Non
     middle = SIDE // 2
     cv2.line(photos[2], (SIDE, middle), (middle + 20, middle), look.front, 34)
     seen = see_sequence(PhotoList(photos)).frame(3, 180)
-    truth = draw_paper(folded, seen.grid)
+    truth = label_image(folded, seen.grid)
     assert share_right(seen.labels, truth) > 0.98
     assert (seen.labels == BACK)[truth == BACK].mean() > 0.7
 

@@ -16,8 +16,8 @@ from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
-from folding_server.vision.raster import draw_labels, draw_paper
 from folding_server.vision.seeing import Eyes, see_sequence
+from paper_drawings import label_image, label_polygons
 from papers import states
 from paths import EXAMPLES
 from photographed import SAILBOAT, vertex_pixels
@@ -55,13 +55,13 @@ def two_photos(look: Look, **declared: str) -> PhotoList:
 def test_undeclared_colours_are_found(look: Look) -> None:
     seen = see_sequence(two_photos(look)).frame(2, 90)
     assert seen.two_coloured
-    assert share_right(seen.labels, draw_paper(half_turned_back(), seen.grid)) > 0.985
+    assert share_right(seen.labels, label_image(half_turned_back(), seen.grid)) > 0.985
 
 
 def test_declared_colours_may_be_far_off() -> None:
     eyes = see_sequence(two_photos(Look(back=(150, 50, 60)), front_color="white", back_color="orange"))
     seen = eyes.frame(2, 90)
-    assert share_right(seen.labels, draw_paper(half_turned_back(), seen.grid)) > 0.985
+    assert share_right(seen.labels, label_image(half_turned_back(), seen.grid)) > 0.985
 
 
 def test_an_unknown_colour_name_is_refused() -> None:
@@ -74,7 +74,7 @@ def test_sides_that_look_alike_give_one_class_of_paper() -> None:
     seen = see_sequence(two_photos(look, front_color="white", back_color="white")).frame(2, 90)
     assert not seen.two_coloured
     assert not (seen.labels == BACK).any()
-    assert share_right(seen.labels, as_one_colour(draw_paper(half_turned_back(), seen.grid))) > 0.985
+    assert share_right(seen.labels, as_one_colour(label_image(half_turned_back(), seen.grid))) > 0.985
 
 
 def test_hand_and_sleeve_are_unknown_and_the_paper_around_them_is_right() -> None:
@@ -86,7 +86,7 @@ def test_hand_and_sleeve_are_unknown_and_the_paper_around_them_is_right() -> Non
     seen = eyes.frame(3, 90)
     place = seen.grid.to_pixel([[0.62, 0.4], [1.35, 0.48]]).round().astype(int)
     assert all(seen.labels[row, column] == UNKNOWN for column, row in place)
-    truth = draw_paper(triangle(), seen.grid)
+    truth = label_image(triangle(), seen.grid)
     assert share_right(seen.labels, truth) > 0.98
     assert (is_paper(truth) & (seen.labels == UNKNOWN)).sum() < 0.35 * is_paper(truth).sum()
 
@@ -100,7 +100,7 @@ def test_a_sleeve_of_the_papers_colour_is_no_paper() -> None:
     seen = eyes.frame(3, 90)
     column, row = seen.grid.to_pixel([1.42, 0.48]).round().astype(int)
     assert seen.labels[row, column] == UNKNOWN
-    assert share_right(seen.labels, draw_paper(triangle(), seen.grid)) > 0.98
+    assert share_right(seen.labels, label_image(triangle(), seen.grid)) > 0.98
 
 
 def test_what_the_photo_does_not_cover_is_unknown() -> None:
@@ -122,7 +122,7 @@ def test_a_shadow_on_the_table_is_table() -> None:
     seen = eyes.frame(3, 90)
     column, row = seen.grid.to_pixel([1.05, 0.9]).round().astype(int)
     assert seen.labels[row, column] == BACKGROUND
-    assert share_right(seen.labels, draw_paper(triangle(), seen.grid)) > 0.985
+    assert share_right(seen.labels, label_image(triangle(), seen.grid)) > 0.985
 
 
 def test_frames_are_the_same_each_time_and_remembered() -> None:
@@ -178,7 +178,7 @@ def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> LabelImage:
         zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True)
     )
     polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
-    return draw_labels(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
+    return label_polygons(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
 
 
 @pytest.mark.parametrize(

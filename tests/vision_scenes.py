@@ -12,7 +12,7 @@ from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.photographer.color_spaces import floats, to_linear, to_srgb
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
-from folding_server.vision.raster import draw_paper
+from paper_drawings import shares
 
 SIDE = 360
 """Pixels of a painted photo; the sheet is half as wide."""
@@ -53,10 +53,9 @@ class Look:
 
 def paint(paper: Paper, look: Look, motion: Isometry = IDENTITY, seed: int = 0) -> RgbImage:
     """A photo of a folded sheet: flat colours, their light slightly blurred, under a lamp and with noise."""
-    fine = Grid(GRID.left, GRID.top, GRID.pixels_per_unit * 3, SIDE * 3, SIDE * 3)
     colours = np.array([look.table, look.front, look.back], np.float32)
-    light = to_linear(colours)[draw_paper(paper, fine, motion)]
-    light = cv2.GaussianBlur(cv2.resize(light, (SIDE, SIDE), interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+    light = np.einsum("kyx,kc->yxc", shares(paper, GRID, motion), to_linear(colours))
+    light = cv2.GaussianBlur(light, (0, 0), 0.7)
     picture = to_srgb(floats(light)) * (1 - look.lamp * np.linspace(0, 1, SIDE)[None, :, None])
     noise = np.random.default_rng(seed).normal(0, 2.0, picture.shape)
     return np.clip(picture + noise, 0, 255).astype(np.uint8)

@@ -19,6 +19,12 @@ LINE_CLEARNESS = (3.0, 6.0)
 """A line that stands out from lines beside it by so many times what those vary begins to count, and counts in full."""
 FEWEST_BESIDE, MOSTLY = 6, 0.6
 """Lines beside needed to judge one, and the share of such a line that must lie where both photos can be compared."""
+ON_ITSELF = 0.2
+"""Share of a line that, moved along itself, may lie on the line as it was: more shows the line, not what lies beside it.
+
+Of 2,500 random straight lines of 64 to 90 pixels, 1.5 times as strong as the noise of each photo, all are shown; without this
+limit, 2 are not.
+"""
 _BESIDE = np.array([(y, x) for y in range(-21, 22, 7) for x in range(-21, 22, 7) if abs(x) + abs(y) > 10])
 _HERE = np.array([(y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)])
 """Shifts (rows, columns) to the lines beside one, and those by which it may be out of place."""
@@ -70,7 +76,8 @@ class FaintLines:
         here, _ = self._means(line, _HERE)
         shifts = (_BESIDE[:, None] + _HERE[None]).reshape(-1, 2)
         beside, there = (found.reshape(len(_BESIDE), -1) for found in self._means(line, shifts))
-        usual = np.abs(beside).max(axis=1)[there.min(axis=1) > MOSTLY]
+        comparable, apart = there.min(axis=1) > MOSTLY, self._on_itself(line) <= ON_ITSELF
+        usual = np.abs(beside).max(axis=1)[comparable & apart]
         if len(usual) < FEWEST_BESIDE:
             return 0.0
         middle = float(np.median(usual))
@@ -81,9 +88,25 @@ class FaintLines:
 
     def _means(self, line: Indices, shifts: npt.NDArray[np.int_]) -> tuple[Floats, Floats]:
         """For each shift of a line the mean change along it, and the share of it that can be compared, both (n,)."""
-        rows, cols = (line[None] + shifts[:, None]).transpose(2, 0, 1)
-        inside = (rows >= 0) & (cols >= 0) & (rows < self._weight.shape[0]) & (cols < self._weight.shape[1])
-        rows, cols = np.where(inside, rows, 0), np.where(inside, cols, 0)
+        rows, cols, inside = self._shifted(line, shifts)
         weight = (self._weight[rows, cols] * inside).astype(np.float64)
         total = (self._change[rows, cols] * weight).sum(axis=1)
         return total / np.maximum(weight.sum(axis=1), 1.0), weight.mean(axis=1)
+
+    def _on_itself(self, line: npt.NDArray[np.intp]) -> Floats:
+        """The share of a line that each of the lines beside has in common with it, (n,): a straight line moved along itself
+        is beside nothing.
+        """
+        own = np.zeros(self._weight.shape, np.uint8)
+        own[tuple(line.T)] = 1
+        rows, cols, inside = self._shifted(line, _BESIDE)
+        near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0
+        return np.asarray((near[rows, cols] & inside).mean(axis=1), np.float64)
+
+    def _shifted(
+        self, line: npt.NDArray[np.intp], shifts: npt.NDArray[np.int_]
+    ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Mask]:
+        """Rows, columns and which of them lie in the picture, each (shifts, pixels); 0 where they do not."""
+        rows, cols = (line[None] + shifts[:, None]).transpose(2, 0, 1)
+        inside = (rows >= 0) & (cols >= 0) & (rows < self._weight.shape[0]) & (cols < self._weight.shape[1])
+        return np.where(inside, rows, 0), np.where(inside, cols, 0), inside
