@@ -1,0 +1,61 @@
+"""What is said where a package of an extra is missing, and that nothing else needs it."""
+
+import sys
+
+import pytest
+from folding_client.interrupts import UsageError
+from folding_client.models.choose import make_model
+from folding_client.reconstruct import versions
+from folding_client.settings import Settings
+from folding_server.errors import FoldingError
+from folding_server.simulator.foldability import check_pattern
+from test_foldability import grid
+
+
+@pytest.fixture
+def no_litellm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An environment without litellm."""
+    monkeypatch.setitem(sys.modules, "litellm", None)
+
+
+@pytest.fixture
+def no_ortools(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An environment without OR-Tools."""
+    monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
+
+
+@pytest.mark.usefixtures("no_litellm")
+def test_a_language_model_without_litellm_is_refused_with_what_to_install() -> None:
+    with pytest.raises(UsageError) as refusal:
+        make_model("litellm/openai/gpt-4o", "agent", Settings(), lambda *_: None)
+    said = str(refusal.value)
+    assert "'litellm/openai/gpt-4o'" in said
+    assert "pip install 'foldingagent-mcp[agent]'" in said
+    assert "\n" not in said
+
+
+@pytest.mark.usefixtures("no_litellm")
+def test_the_geometric_model_needs_no_litellm() -> None:
+    make_model("geometric", "agent", Settings(), lambda *_: None)
+    assert "litellm" not in versions()
+
+
+def test_the_version_of_litellm_is_recorded_where_it_is_installed() -> None:
+    assert versions()["litellm"]
+
+
+@pytest.mark.usefixtures("no_ortools")
+def test_a_pattern_that_the_search_settles_needs_no_ortools() -> None:
+    assert check_pattern(grid(3, 3)).foldable
+
+
+@pytest.mark.usefixtures("no_ortools")
+def test_a_pattern_that_needs_ortools_is_refused_with_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("folding_server.simulator.foldability.search.EFFORT", 0)
+    with pytest.raises(FoldingError) as refusal:
+        check_pattern(grid(5, 5))
+    said = str(refusal.value)
+    assert "pip install 'foldingagent-mcp[foldability]'" in said
+    assert "\n" not in said
