@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from folding_server.errors import FoldingError
+from folding_server.install.command import install
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
@@ -184,6 +185,9 @@ def _data_folder(given: Path | None, database: str | None) -> Path:
                 f"The data folder {folder} cannot be made ({error.strerror}); choose another with --data."
             ) from error
     return folder
+
+
+app.command()(install)
 
 
 @app.command()
