@@ -63,7 +63,7 @@ def bundle_project(version: str, python: str, wheel: str) -> str:
     constraints = "".join(f"    {json.dumps(line)},\n" for line in locked if line)
     return (
         f'[project]\nname = "foldingagent-mcp-bundle"\nversion = "{version}"\nrequires-python = "{python}"\n'
-        'dependencies = ["foldingagent-mcp"]\n\n'
+        'dependencies = ["foldingagent-mcp[video]"]\n\n'
         f"[tool.uv]\npackage = false\nconstraint-dependencies = [\n{constraints}]\n\n"
         f'[tool.uv.sources]\nfoldingagent-mcp = {{ path = "{wheel}" }}\n'
     )

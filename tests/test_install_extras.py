@@ -1,6 +1,8 @@
 """What is said where a package of an extra is missing, and that nothing else needs it."""
 
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from folding_client.interrupts import UsageError
@@ -59,3 +61,16 @@ def test_a_pattern_that_needs_ortools_is_refused_with_what_to_install(
     said = str(refusal.value)
     assert "pip install 'foldingagent-mcp[foldability]'" in said
     assert "\n" not in said
+
+
+def test_a_video_without_pyav_is_refused_with_what_to_install(tmp_path: Path) -> None:
+    """In a process of its own, since modules that are loaded stay loaded."""
+    script = (
+        "import sys; sys.modules['av'] = None; from folding_server.cli import main; "
+        f"main(['keyframes', 'film.mp4', '-o', {str(tmp_path / 'out')!r}])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "pip install 'foldingagent-mcp[video]'" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()

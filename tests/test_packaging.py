@@ -82,7 +82,7 @@ def test_the_files_that_the_manifest_names_are_in_the_bundle(
 def test_the_bundle_installs_its_own_wheel_with_what_is_locked(bundle: zipfile.ZipFile) -> None:
     described = tomllib.loads(bundle.read("pyproject.toml").decode())
     wheel = described["tool"]["uv"]["sources"]["foldingagent-mcp"]["path"]
-    assert described["project"]["dependencies"] == ["foldingagent-mcp"]
+    assert described["project"]["dependencies"] == ["foldingagent-mcp[video]"]
     assert "folding_server/cli.py" in zipfile.ZipFile(io.BytesIO(bundle.read(wheel))).namelist()
     locked = (ROOT / "requirements.lock").read_text().splitlines()
     assert described["tool"]["uv"]["constraint-dependencies"] == locked
