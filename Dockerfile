@@ -1,8 +1,7 @@
 FROM python:3.11-slim
 
-RUN apt-get update \
-    && apt-get install -y --no-install-recommends libcairo2 \
-    && rm -rf /var/lib/apt/lists/*
+# agent is for language models, which only the client asks.
+ARG EXTRAS=agent,dask,foldability,postgres,video
 
 WORKDIR /app
 COPY pyproject.toml requirements.lock README.md LICENSE ./
@@ -10,7 +9,7 @@ COPY schemas schemas
 COPY prompts prompts
 COPY server server
 COPY client client
-RUN pip install --no-cache-dir --constraint requirements.lock ".[dask,postgres]"
+RUN pip install --no-cache-dir --constraint requirements.lock ".[$EXTRAS]"
 
 RUN useradd --create-home --uid 1000 folding \
     && mkdir /data /sequences /runs \
