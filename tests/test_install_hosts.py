@@ -1,6 +1,8 @@
 """``foldingagent-server install``: entries that hosts can use, in files that keep everything else."""
 
 import json
+import re
+import shlex
 import stat
 import sys
 import tomllib
@@ -11,10 +13,11 @@ import pytest
 from folding_server.cli import main
 from folding_server.install.entry import server_command
 from folding_server.install.hosts import HOSTS, HostId, Machine
-from folding_server.install.settings_text import SettingsRefused, read_json, with_entry
+from folding_server.install.settings_text import SettingsRefused, read_json, snippet, with_entry
 from hypothesis import given
 from hypothesis import strategies as st
 from mcp import Client, StdioServerParameters
+from paths import ROOT
 
 FILES = {
     "claude-desktop": ".config/Claude/claude_desktop_config.json",
@@ -332,3 +335,14 @@ def test_codex_may_live_elsewhere() -> None:
 def test_without_its_script_the_server_is_started_by_its_interpreter(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("folding_server.install.entry.SCRIPT", "no-such-script")
     assert server_command() == [sys.executable, "-m", "folding_server"]
+
+
+def test_the_readme_gives_the_very_entry_of_each_host() -> None:
+    """With paths of nobody's checkout, which the reader replaces."""
+    checkout = "/path/to/foldingagent-mcp"
+    command = [f"{checkout}/.venv/bin/foldingagent-server", "--sequences", f"{checkout}/examples"]
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for known in HOSTS.values():
+        part = text[text.index(f"**{known.title}**") :]
+        assert re.findall(r"```(?:json|toml)\n(.*?)```", part, re.DOTALL)[0] == snippet(known, command)
+    assert f"claude mcp add --scope user folding -- {shlex.join(command)}\n" in text
