@@ -1,15 +1,12 @@
 FROM python:3.11-slim
 
-# agent is for language models, which only the client asks.
-ARG EXTRAS=agent,dask,foldability,postgres,video
-
 WORKDIR /app
 COPY pyproject.toml requirements.lock README.md LICENSE ./
 COPY schemas schemas
 COPY prompts prompts
 COPY server server
 COPY client client
-RUN pip install --no-cache-dir --constraint requirements.lock ".[$EXTRAS]"
+RUN pip install --no-cache-dir --constraint requirements.lock ".[agent,dask,foldability,postgres,video]"
 
 RUN useradd --create-home --uid 1000 folding \
     && mkdir /data /sequences /runs \

@@ -5,10 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from client_runs import run
 from folding_client.interrupts import UsageError
-from folding_client.models.choose import make_model
 from folding_client.reconstruct import versions
-from folding_client.settings import Settings
 from folding_server.errors import FoldingError
 from folding_server.simulator.foldability import check_pattern
 from test_foldability import grid
@@ -27,18 +26,18 @@ def no_ortools(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_litellm")
-def test_a_language_model_without_litellm_is_refused_with_what_to_install() -> None:
+def test_a_language_model_without_litellm_is_refused_with_what_to_install(tmp_path: Path) -> None:
     with pytest.raises(UsageError) as refusal:
-        make_model("litellm/openai/gpt-4o", "agent", Settings(), lambda *_: None)
+        run(2, tmp_path / "run", model="litellm/openai/gpt-4o")
     said = str(refusal.value)
     assert "'litellm/openai/gpt-4o'" in said
     assert "pip install 'foldingagent-mcp[agent]'" in said
     assert "\n" not in said
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.usefixtures("no_litellm")
-def test_the_geometric_model_needs_no_litellm() -> None:
-    make_model("geometric", "agent", Settings(), lambda *_: None)
+def test_a_run_without_litellm_records_no_version_of_it() -> None:
     assert "litellm" not in versions()
 
 

@@ -63,10 +63,7 @@ def backups(file: Path) -> list[Path]:
 @pytest.mark.parametrize("host", FILES)
 def test_a_host_without_a_file_gets_one_with_absolute_paths(host: str, home: Path) -> None:
     (home / "photos").mkdir()
-    assert (
-        install("--host", host, "--sequences", home / "photos" / ".." / "photos", "--data", home / "runs")
-        == 0
-    )
+    assert install("--host", host, "--sequences", home / "photos" / ".." / "photos", "--data", "~/runs") == 0
     entry = document(home / FILES[host])[SECTIONS.get(host, "mcpServers")]["folding"]
     assert Path(entry["command"]).is_absolute()
     assert entry["args"][-4:] == ["--sequences", str(home / "photos"), "--data", str(home / "runs")]

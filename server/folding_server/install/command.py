@@ -10,17 +10,28 @@ from typing import Annotated
 import typer
 
 from folding_server.install.hosts import HOSTS, Host, HostId, Machine
+from folding_server.typed_path import typed_path
 
 HostName = Annotated[HostId, typer.Option("--host", help="The program that is to use this server.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the entry and write nothing.")]
 Sequences = Annotated[
     list[Path] | None,
-    typer.Option(metavar="DIR", help="A folder of photo sequences that it is to serve; may be repeated."),
+    typer.Option(
+        metavar="DIR",
+        parser=typed_path,
+        help="A folder of photo sequences that it is to serve; may be repeated.",
+    ),
 ]
-Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Where it is to keep runs.")]
+Data = Annotated[
+    Path | None, typer.Option(metavar="DIR", parser=typed_path, help="Where it is to keep runs.")
+]
 File = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Another configuration file than the user's own, such as a project's."),
+    typer.Option(
+        metavar="FILE",
+        parser=typed_path,
+        help="Another configuration file than the user's own, such as a project's.",
+    ),
 ]
 
 
