@@ -12,9 +12,9 @@ import typer
 from folding_server.install.hosts import HOSTS, Host, HostId, Machine
 from folding_server.typed_path import typed_path
 
-HostName = Annotated[HostId, typer.Option("--host", help="The program that is to use this server.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the entry and write nothing.")]
-Sequences = Annotated[
+_HostName = Annotated[HostId, typer.Option("--host", help="The program that is to use this server.")]
+_DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the entry and write nothing.")]
+_Sequences = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="DIR",
@@ -22,10 +22,10 @@ Sequences = Annotated[
         help="A folder of photo sequences that it is to serve; may be repeated.",
     ),
 ]
-Data = Annotated[
+_Data = Annotated[
     Path | None, typer.Option(metavar="DIR", parser=typed_path, help="Where it is to keep runs.")
 ]
-File = Annotated[
+_File = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
@@ -36,11 +36,11 @@ File = Annotated[
 
 
 def install(
-    host: HostName,
-    sequences: Sequences = None,
-    data: Data = None,
-    file: File = None,
-    dry_run: DryRun = False,
+    host: _HostName,
+    sequences: _Sequences = None,
+    data: _Data = None,
+    file: _File = None,
+    dry_run: _DryRun = False,
 ) -> None:
     """Enter this server into the configuration of a host, which then starts it by itself."""
     from folding_server.install.entry import server_command
@@ -61,9 +61,9 @@ def install(
 
 def _tell(host: Host, command: Sequence[str]) -> None:
     """Print the command that makes a host write its file itself."""
-    from folding_server.install.entry import NAME
+    from folding_server.install.entry import ENTRY_NAME
 
-    words = ["claude", "mcp", "add", "--scope", "user", NAME, "--", *command]
+    words = ["claude", "mcp", "add", "--scope", "user", ENTRY_NAME, "--", *command]
     typer.echo(f"{host.title} keeps its own file; run this to add the server:", err=True)
     typer.echo(subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from folding_server.install.hosts import Host
 
-NAME = "folding"
+ENTRY_NAME = "folding"
 """What hosts call this server."""
 
 SCRIPT = "foldingagent-server"

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import tomlkit
 
 from folding_server.errors import FoldingError
-from folding_server.install.entry import NAME, Entry, entry_for
+from folding_server.install.entry import ENTRY_NAME, Entry, entry_for
 from folding_server.install.hosts import Host
 
 INDENT = "  "
@@ -29,13 +29,13 @@ def with_entry(text: str, host: Host, command: list[str]) -> str:
     read = read_toml if host.syntax == "toml" else read_json
     document = read(text)
     servers = document.get(host.section, {})
-    existing = servers.get(NAME) if isinstance(servers, dict) else None
+    existing = servers.get(ENTRY_NAME) if isinstance(servers, dict) else None
     if not isinstance(servers, dict) or not isinstance(existing, dict | None):
         raise SettingsRefused(f"its {host.section!r} is not the list of servers it should be")
     entry = entry_for(host, command, existing)
     if existing == entry:
         return text
-    wanted = {**document, host.section: {**servers, NAME: entry}}
+    wanted = {**document, host.section: {**servers, ENTRY_NAME: entry}}
     texts = _toml_texts(text, host.section, entry) if host.syntax == "toml" else [_json_text(wanted, text)]
     for changed in texts:
         ended = re.sub(r"\r?\n", "\r\n", changed) if "\r\n" in text else changed
@@ -118,11 +118,11 @@ def _changed_toml(text: str, section: str, entry: Entry, empty: Any) -> str:  # 
     if section not in document:
         document.add(section, tomlkit.table(is_super_table=True))
     servers: Any = document[section]
-    if NAME not in servers:
-        servers[NAME] = empty
+    if ENTRY_NAME not in servers:
+        servers[ENTRY_NAME] = empty
     for key, value in entry.items():
-        if servers[NAME].get(key) != value:
-            servers[NAME][key] = value
-    for key in set(servers[NAME]) - set(entry):
-        del servers[NAME][key]
+        if servers[ENTRY_NAME].get(key) != value:
+            servers[ENTRY_NAME][key] = value
+    for key in set(servers[ENTRY_NAME]) - set(entry):
+        del servers[ENTRY_NAME][key]
     return tomlkit.dumps(document)
