@@ -1,16 +1,12 @@
 FROM python:3.11-slim
 
-RUN apt-get update \
-    && apt-get install -y --no-install-recommends libcairo2 \
-    && rm -rf /var/lib/apt/lists/*
-
 WORKDIR /app
 COPY pyproject.toml requirements.lock README.md LICENSE ./
 COPY schemas schemas
 COPY prompts prompts
 COPY server server
 COPY client client
-RUN pip install --no-cache-dir --constraint requirements.lock ".[dask,postgres]"
+RUN pip install --no-cache-dir --constraint requirements.lock ".[agent,dask,foldability,postgres,video]"
 
 RUN useradd --create-home --uid 1000 folding \
     && mkdir /data /sequences /runs \

@@ -191,7 +191,7 @@ def _finish(work: Coroutine[Any, Any, _Answer], afterwards: str) -> _Answer:
 
 async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
     task = asyncio.current_task()
-    if task is not None:
+    if task is not None and sys.platform != "win32":  # where asyncio has no signal handlers
         asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     return await work
 

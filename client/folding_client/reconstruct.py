@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -263,7 +264,6 @@ def _about(job: Job) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """The versions of what takes part in a run."""
-    return {name: version(name) for name in ("foldingagent-mcp", "mcp", "litellm")} | {
-        "python": platform.python_version()
-    }
+    """The versions of what takes part in a run; litellm's only where it is installed."""
+    named = ["foldingagent-mcp", "mcp", *(["litellm"] if find_spec("litellm") else [])]
+    return {name: version(name) for name in named} | {"python": platform.python_version()}

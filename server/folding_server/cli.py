@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from folding_server.errors import FoldingError
+from folding_server.install.command import install
+from folding_server.typed_path import typed_path
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
@@ -24,23 +26,16 @@ if TYPE_CHECKING:
     from folding_server.simulator import Paper
 
 
-def _path(text: str) -> Path:
-    """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
-    try:
-        return Path(text).expanduser()
-    except RuntimeError as error:
-        raise typer.BadParameter(f"{text!r} begins with a user who has no folder here") from error
-
-
 Http = Annotated[
     str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
 ]
 Sequences = Annotated[
     list[Path] | None,
-    typer.Option(metavar="DIR", parser=_path, help="A folder of photo sequences; may be repeated."),
+    typer.Option(metavar="DIR", parser=typed_path, help="A folder of photo sequences; may be repeated."),
 ]
 Data = Annotated[
-    Path | None, typer.Option(metavar="DIR", parser=_path, help="Where runs are kept; made when missing.")
+    Path | None,
+    typer.Option(metavar="DIR", parser=typed_path, help="Where runs are kept; made when missing."),
 ]
 Database = Annotated[
     str | None,
@@ -56,7 +51,7 @@ TokenFile = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        parser=_path,
+        parser=typed_path,
         help="Answer HTTP clients only with a bearer token of this file, which has lines OWNER TOKEN.",
     ),
 ]
@@ -76,16 +71,16 @@ Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
 ]
 ProgramFile = Annotated[
-    Path, typer.Argument(metavar="PROGRAM", parser=_path, help="A folding program (JSON).")
+    Path, typer.Argument(metavar="PROGRAM", parser=typed_path, help="A folding program (JSON).")
 ]
 OutFolder = Annotated[
-    Path, typer.Option("--out", "-o", metavar="DIR", parser=_path, help="The sequence folder to write.")
+    Path, typer.Option("--out", "-o", metavar="DIR", parser=typed_path, help="The sequence folder to write.")
 ]
 
 
 def _file(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
     """An option that names a file to write."""
-    return typer.Option(metavar="FILE", parser=_path, help=f"Write {what}.")
+    return typer.Option(metavar="FILE", parser=typed_path, help=f"Write {what}.")
 
 
 app = typer.Typer(
@@ -186,6 +181,9 @@ def _data_folder(given: Path | None, database: str | None) -> Path:
     return folder
 
 
+app.command()(install)
+
+
 @app.command()
 def simulate(
     program: ProgramFile,
@@ -197,7 +195,8 @@ def simulate(
     svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
     png: Annotated[Path | None, _file("the diagram as PNG")] = None,
     every_step: Annotated[
-        Path | None, typer.Option(metavar="DIR", parser=_path, help="Write state, SVG and PNG of every step.")
+        Path | None,
+        typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -231,7 +230,9 @@ def check(
     pattern: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", parser=_path, help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita."
+            metavar="FILE",
+            parser=typed_path,
+            help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita.",
         ),
     ],
     as_json: Json = False,
@@ -288,7 +289,7 @@ def photograph(
 @app.command()
 def keyframes(
     video: Annotated[
-        Path, typer.Argument(metavar="VIDEO", parser=_path, help="A video of one sheet being folded.")
+        Path, typer.Argument(metavar="VIDEO", parser=typed_path, help="A video of one sheet being folded.")
     ],
     out: OutFolder,
     front_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's front.")] = None,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 from folding_client.interrupts import UsageError
@@ -35,6 +36,12 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
     if spec.startswith("litellm/") and len(spec) > len("litellm/"):
         from folding_client.models.litellm_model import LitellmModel
 
+        if find_spec("litellm") is None:
+            message = (
+                f"The model {spec!r} needs litellm, which is not installed; install it with "
+                "pip install 'foldingagent-mcp[agent]', or use the model geometric."
+            )
+            raise UsageError(message)
         return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
     message = f"There is no model {spec!r}; the ids are {IDS}."
     raise UsageError(message)

@@ -7,17 +7,24 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-import av
 import numpy as np
-from av.container import InputContainer
-from av.sidedata.sidedata import SideData
-from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import MAX_PIXELS, MIN_SIDE
 from folding_server.frames.sources import file_stamp
+
+try:
+    import av
+    from av.container import InputContainer
+    from av.sidedata.sidedata import SideData
+    from av.video.stream import VideoStream
+except ModuleNotFoundError as error:
+    raise PhotoError(
+        "Videos need PyAV, which is not installed; install it with pip install 'foldingagent-mcp[video]', or use a sequence "
+        "of image files."
+    ) from error
 
 FORMATS = (
     "mov,mp4,matroska,webm,avi,mpegts,mpeg,mpegvideo,m4v,h264,hevc,flv,asf,ogg,gif,mjpeg,mxf,wav,mp3,aac,flac"

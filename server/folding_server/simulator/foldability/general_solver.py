@@ -1,12 +1,26 @@
 """The general constraint solver (ortools CP-SAT), for parts that our own search does not settle quickly."""
 
-from ortools.sat.python import cp_model
+from typing import TYPE_CHECKING
 
+from folding_server.errors import FoldingError
 from folding_server.simulator.foldability.orders import Orders, bits
+
+if TYPE_CHECKING:
+    from ortools.sat.python import cp_model
 
 
 def solve(orders: Orders, part: list[int]) -> bool:
-    """Decide all classes of a part so that its conditions hold; False, with the orders as they were, if none does."""
+    """Decide all classes of a part so that its conditions hold; False, with the orders as they were, if none does.
+
+    FoldingError where OR-Tools is not installed.
+    """
+    try:
+        from ortools.sat.python import cp_model
+    except ModuleNotFoundError as error:
+        raise FoldingError(
+            f"Deciding the order of the layers of this pattern, with {len(part)} questions left that depend on each other, "
+            "needs OR-Tools, which is not installed; install it with pip install 'foldingagent-mcp[foldability]'."
+        ) from error
     model = cp_model.CpModel()
     variables = {number: model.new_bool_var(str(number)) for number in part}
     _add_parities(model, variables, orders)
@@ -21,7 +35,7 @@ def solve(orders: Orders, part: list[int]) -> bool:
     return all(orders.decide(number, value) for number, value in chosen.items())
 
 
-def _add_parities(model: cp_model.CpModel, variables: dict[int, cp_model.IntVar], orders: Orders) -> None:
+def _add_parities(model: "cp_model.CpModel", variables: "dict[int, cp_model.IntVar]", orders: Orders) -> None:
     rows = {k for number in variables for k in orders.equations.watching[number]}
     for k in sorted(rows):
         row, odd = orders.equations.parities[k]
@@ -32,7 +46,7 @@ def _add_parities(model: cp_model.CpModel, variables: dict[int, cp_model.IntVar]
         model.add_bool_xor(left)
 
 
-def _add_triples(model: cp_model.CpModel, variables: dict[int, cp_model.IntVar], orders: Orders) -> None:
+def _add_triples(model: "cp_model.CpModel", variables: "dict[int, cp_model.IntVar]", orders: Orders) -> None:
     """No three faces of one cell lie in a circle."""
     seen = set()
     for number in variables:
@@ -48,8 +62,8 @@ def _add_triples(model: cp_model.CpModel, variables: dict[int, cp_model.IntVar],
 
 
 def _forbid(
-    model: cp_model.CpModel,
-    variables: dict[int, cp_model.IntVar],
+    model: "cp_model.CpModel",
+    variables: "dict[int, cp_model.IntVar]",
     orders: Orders,
     circle: tuple[tuple[int, int], ...],
 ) -> None:

@@ -1,0 +1,1 @@
+"""Entering this server into the configuration files of MCP hosts."""
