@@ -9,7 +9,7 @@ import pytest
 from client_runs import HASTY, PLANTED_KEY, act, events, program, restore, save, shortened
 from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct, resumed_job
-from folding_client.record.replay_run import replay_run
+from folding_client.record.replay import replay_run
 from folding_client.settings import Settings
 from paths import ROOT
 from PIL import Image

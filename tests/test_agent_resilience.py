@@ -28,7 +28,7 @@ from client_runs import (
 )
 from folding_client.interrupts import UsageError
 from folding_client.models.retries import RetryPolicy
-from folding_client.record.replay_run import replay_run
+from folding_client.record.replay import replay_run
 from providers.base import Fails, Hangs, Resets, Says, Truncates, Turn
 from providers.openai import OpenAI
 

@@ -18,7 +18,7 @@ from folding_client.protocol.requests import Request, unanswered
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.folder import RunFolder
 from folding_client.record.recorder import Recorder
-from folding_client.record.replay_run import replay_run
+from folding_client.record.replay import replay_run
 from folding_server.store.run_store import RunStore
 from mcp import StdioServerParameters
 
@@ -160,7 +160,7 @@ def test_a_client_killed_while_it_waits_asks_again_when_resumed(tmp_path: Path) 
     words = ["run", str(sequence(2)), "--model", f"scripted:{script}", "--out", str(run)]
     client = subprocess.Popen(
         [sys.executable, "-c", RUN_AND_WAIT, *words],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         stderr=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
     )

@@ -95,7 +95,7 @@ def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings:
     raise UsageError(message)
 
 
-@app.command("replay_run")
+@app.command("replay")
 def replay_command(
     recorded: Annotated[Path, typer.Argument(parser=options.path, help="Folder of a recorded run.")],
     sequence: Annotated[
