@@ -24,11 +24,10 @@ class Host:
     client: Client
 
     async def call(self, tool: str, **arguments: Any) -> dict[str, Any]:
-        """The structured answer to a call that must succeed."""
+        """The data of a call that must succeed."""
         result = await self.answer(tool, **arguments)
         assert not result.is_error, text_of(result)
-        assert result.structured_content is not None
-        return dict(result.structured_content)
+        return data_of(result)
 
     async def refusal(self, tool: str, **arguments: Any) -> str:
         """The one sentence that answers a call that must be refused."""
@@ -47,6 +46,17 @@ class Host:
         result = await self.client.call_tool(tool, arguments)
         assert isinstance(result, CallToolResult)
         return result
+
+
+def data_of(result: CallToolResult) -> dict[str, Any]:
+    """The data of an answer: structured, or in the second text where pictures come with it."""
+    if images_of(result):
+        assert result.structured_content is None
+        stated = result.content[1]
+        assert isinstance(stated, TextContent)
+        return dict(json.loads(stated.text))
+    assert result.structured_content is not None
+    return dict(result.structured_content)
 
 
 def text_of(result: CallToolResult) -> str:

@@ -24,6 +24,7 @@ from mcp import StdioServerParameters
 
 DEADLY_SERVER = """
 import os, signal, sys, time
+from dataclasses import replace
 from pathlib import Path
 from folding_server.mcp import catalogue
 
@@ -45,7 +46,7 @@ def deadly(function):
         return answer
     return called
 
-catalogue._TOOLS = tuple((deadly(function), annotations) for function, annotations in catalogue._TOOLS)
+catalogue.RECORDS = tuple(replace(record, function=deadly(record.function)) for record in catalogue.RECORDS)
 from folding_server.cli import main
 main()
 """

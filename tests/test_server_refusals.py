@@ -40,7 +40,8 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
         ("flip", {"axis": "z"}, ['axis "z"', "y=-x"]),
         ("unfold", {}, ["fold"]),
         ("undo", {}, ["undo"]),
-        ("fold", {"edge": [1, 3], "direction": 1, "angle": 90}, ["'angle'", "edge, direction, run_id"]),
+        ("fold", {"edge": [1, 3], "angle": 90}, ["'angle'", "edge, direction, run_id"]),
+        ("rotate", {"angle": 1e308}, ["angle 1e+308", "-360 to 360"]),
         ("crumple", {}, ["'crumple'", "list_sequences"]),
         ("view_frame", {"frame": 99}, ["99", "4"]),
         ("view_frame", {"frame": 0}, ["frame 0", "from 1"]),
@@ -73,6 +74,8 @@ async def test_a_mistake_is_answered_by_one_sentence_that_helps(
         await host.call("save_checkpoint", frame=1)
         sentence = await refused(host, tool, **arguments)
     assert all(part in sentence for part in named), sentence
+    assert sentence[0].isupper(), sentence
+    assert sentence.endswith((".", "?", "!")), sentence
 
 
 async def test_a_run_of_another_data_folder_is_unknown(tmp_path: Path) -> None:

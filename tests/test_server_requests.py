@@ -128,8 +128,8 @@ async def test_calls_with_unknown_run_ids_leave_nothing_behind(tmp_path: Path) -
     async def call_often(host: Host, count: int) -> None:
         for number in range(count):
             run_id = "20260101-000000-" + f"{number:010}".translate(letters)
-            assert "there is no run" in await host.refusal("rotate", angle=1, run_id=run_id)
-            assert "there is no run" in await host.refusal("undo", run_id=f"unknown {number}")
+            assert "There is no run" in await host.refusal("rotate", angle=1, run_id=run_id)
+            assert "There is no run" in await host.refusal("undo", run_id=f"unknown {number}")
 
     def bytes_in_use() -> int:
         gc.collect()

@@ -8,7 +8,7 @@ from typing import Any
 
 import anyio
 import pytest
-from hosts import Host, images_of, in_memory, text_of
+from hosts import Host, data_of, images_of, in_memory, text_of
 from mcp.types import CallToolResult
 from photographed import photos
 from pictures import noise, write_image, write_manifest, write_sequence_folder
@@ -181,10 +181,9 @@ class TestActions:
         async with in_memory(tmp_path) as host:
             await host.call("open_run")
             result = await host.answer("fold", edge=[1, 3], direction=1)
-        assert result.structured_content is not None
         sentence, data = text_of(result).split("\n")
         assert sentence.startswith("Done: fold([1, 3], 1).")
-        assert sentence == result.structured_content["summary"]
+        assert sentence == data_of(result)["summary"]
         assert '"faces_orientations"' in data
 
 
@@ -195,16 +194,14 @@ class TestViewing:
             result = await host.answer("view_frame", frame=2)
         (image,) = images_of(result)
         assert image.mime_type == "image/jpeg"
-        assert result.structured_content is not None
-        assert max(result.structured_content["width"], result.structured_content["height"]) <= 1024
+        assert max(data_of(result)["width"], data_of(result)["height"]) <= 1024
 
     async def test_movement_names_the_images_it_shows(self, tmp_path: Path) -> None:
         folder = write_sequence_folder(tmp_path / "photos" / "clip", [10, 20], tuple(range(11, 20)))
         async with in_memory(tmp_path / "data", folder.parent) as host:
             await host.call("open_run", sequence="clip")
             result = await host.answer("observe_movement", frame=2)
-        assert result.structured_content is not None
-        assert len(result.structured_content["images"]) == 5
+        assert len(data_of(result)["images"]) == 5
         assert len(images_of(result)) == 1
 
     async def test_the_diagram_is_a_png_with_labels_on_request(self, tmp_path: Path) -> None:
@@ -247,8 +244,7 @@ class TestCheckpoints:
             result = await host.client.call_tool(
                 "generate_checkpoint_overview", {}, progress_callback=progress
             )
-        assert result.structured_content is not None
-        assert [each["saved"] for each in result.structured_content["frames"]] == [True, False, False, False]
+        assert [each["saved"] for each in data_of(result)["frames"]] == [True, False, False, False]
         assert len(images_of(result)) == 1
         assert told == [(0, 4), (1, 4), (2, 4), (3, 4)]
 
@@ -263,8 +259,7 @@ class TestCheckpoints:
             result = await host.answer("list_attempts", frame=2)
             committed = await host.call("commit_attempt", frame=2, attempt=3)
         assert "commit_attempt" in refused
-        assert result.structured_content is not None
-        assert [each["label"] for each in result.structured_content["attempts"]] == [
+        assert [each["label"] for each in data_of(result)["attempts"]] == [
             "B1",
             "B2",
             "B3",
@@ -281,7 +276,7 @@ class TestVerification:
         async with in_memory(tmp_path, photos()) as host:
             await a_saved_fold(host)
             result = await host.answer("critic_grid", frame=2)
-        grid = result.structured_content
+        grid = data_of(result)
         assert grid is not None
         kinds = [image.mime_type for image in images_of(result)]
         assert kinds == ["image/jpeg", "image/jpeg", "image/png", "image/png"]
@@ -303,12 +298,11 @@ class TestVerification:
             await host.call("save_checkpoint", frame=1)
             same = await host.answer("compare_to_frame", frame=1)
             other = await host.call("compare_to_frame", frame=2)
-        assert same.structured_content is not None
-        assert same.structured_content["verdict"] == "MATCH"
+        assert data_of(same)["verdict"] == "MATCH"
         assert len(images_of(same)) == 1
         assert other["verdict"] != "MATCH"
         assert other["discrepancies"]
-        assert other["agreement"] < same.structured_content["agreement"]
+        assert other["agreement"] < data_of(same)["agreement"]
 
     async def test_a_comparison_tells_how_the_photo_was_seen(self, tmp_path: Path, boats: Path) -> None:
         async with in_memory(tmp_path, boats) as host:
@@ -377,8 +371,7 @@ class TestExports:
         async with in_memory(tmp_path) as host:
             await host.call("open_run")
             result = await host.answer("export_state", format="png")
-        assert result.structured_content is not None
-        assert result.structured_content["text"] is None
+        assert data_of(result)["text"] is None
         assert images_of(result)[0].mime_type == "image/png"
 
 

@@ -12,6 +12,8 @@ Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
 AttemptOutcome = Literal["open", "restored", "saved", "committed"]
 ExportFormat = Literal["fold", "crease-pattern", "crease-pattern-svg", "svg", "png", "obj", "program"]
+Images = Literal["none", "small", "full"]
+"""Whether an answer has its pictures, and how large: ``small`` is half as wide and high."""
 
 
 class SequenceInfo(Wire):
@@ -54,6 +56,27 @@ class RunInfo(Wire):
     program: Program
 
 
+class RunLine(Wire):
+    """One run in ``list_runs``: ``saved`` counts its checkpoints, ``changed`` is when it changed last (ISO 8601, UTC).
+
+    ``frames`` is 0 for a free fold.
+    """
+
+    run_id: str
+    sequence: str | None
+    frames: int
+    saved: int
+    changed: str
+    complete: bool
+
+
+class RunList(Wire):
+    """Answer of ``list_runs``, newest first; ``more`` says that there are older ones."""
+
+    runs: list[RunLine]
+    more: bool
+
+
 class ActionResult(Wire):
     """Answer of every folding action and of ``undo``: the new state and what the action did.
 
@@ -71,7 +94,7 @@ class ActionResult(Wire):
 
 
 class FrameView(Wire):
-    """Answer of ``view_frame``: the size in pixels of the photo that comes with it."""
+    """Answer of ``view_frame``: the size in pixels of the photo that comes with it in full."""
 
     frame: int
     width: int
@@ -93,7 +116,7 @@ class StateView(Wire):
 
 
 class RenderView(Wire):
-    """Answer of ``render_current``: the size in pixels of the diagram that comes with it."""
+    """Answer of ``render_current``: the size in pixels of the diagram that comes with it in full."""
 
     run_id: str
     width: int

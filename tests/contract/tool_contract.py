@@ -6,7 +6,10 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mcp.server.mcpserver.tools import Tool
 
 Schema = dict[str, Any]
 Contract = dict[str, Schema]
@@ -15,17 +18,27 @@ FILE = Path(__file__).with_name("tools.json")
 
 
 def current() -> Contract:
-    """The tools as the server states them, without prose: descriptions may be reworded freely."""
+    """The tools as the server states them, without prose: descriptions may be reworded freely.
+
+    ``output`` is the whole model of the answer, of which hosts are given a lean schema or, with pictures, none.
+    """
     from folding_server.mcp.catalogue import tools
 
     return {
         tool.name: {
             "input": _without_prose(tool.parameters),
-            "output": _without_prose(tool.output_schema or {}),
+            "output": _without_prose(_answer(tool)),
+            "structured": tool.output_schema is not None,
             "read_only": bool(tool.annotations and tool.annotations.read_only_hint),
         }
         for tool in tools()
     }
+
+
+def _answer(tool: "Tool") -> Schema:
+    """The schema of the model that a tool answers with."""
+    schema: Schema = tool.fn_metadata.output_model.model_json_schema()
+    return schema
 
 
 def committed() -> Contract:
@@ -50,6 +63,8 @@ def compatible(old: Contract, new: Contract) -> list[str]:
 def _broken_tool(old: Schema, new: Schema) -> Iterator[str]:
     """A host sends what it always sent and reads what it always read."""
     yield from _narrower(old["input"], new["input"])
+    if old.get("structured", True) and not new["structured"]:
+        yield "the answer is not structured content any more"
     before, after = old["output"], new["output"]
     for name, schema in _properties(before).items():
         if name not in _properties(after):

@@ -22,6 +22,9 @@ from folding_client.record.redaction import without_keys
 
 _Answer = TypeVar("_Answer", bound=Wire)
 
+CLIENTS_OWN = frozenset({"run_id", "images"})
+"""Arguments that models are not offered: the client names the run, and thins out pictures itself."""
+
 
 class ServerClient:
     """Calls the tools of a folding server for one run, which every call names.
@@ -45,14 +48,12 @@ class ServerClient:
         return self._connection.server_version
 
     def specs(self) -> list[ToolSpec]:
-        """Every tool of the server as it can be offered to a model: without ``run_id``, which the client
-        fills in.
-        """
+        """Every tool of the server as it can be offered to a model: without the arguments that are the client's."""
         return [
             ToolSpec(
                 tool.name,
                 tool.description or "",
-                _without_run_id(tool.input_schema),
+                _offered_schema(tool.input_schema),
                 bool(tool.annotations and tool.annotations.read_only_hint),
             )
             for tool in self._connection.tools
@@ -179,7 +180,7 @@ class ServerClient:
             raise ServerGone(message)
 
 
-def _without_run_id(schema: JsonObject) -> JsonObject:
-    properties = {key: value for key, value in schema.get("properties", {}).items() if key != "run_id"}
-    required = [key for key in schema.get("required", []) if key != "run_id"]
+def _offered_schema(schema: JsonObject) -> JsonObject:
+    properties = {key: value for key, value in schema.get("properties", {}).items() if key not in CLIENTS_OWN}
+    required = [key for key in schema.get("required", []) if key not in CLIENTS_OWN]
     return {**schema, "properties": properties, "required": required}

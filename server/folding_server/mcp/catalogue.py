@@ -1,12 +1,11 @@
-"""All tools of the server, each with its description from the prompts and hints about what it may change."""
-
-from collections.abc import Callable
-from typing import Any
+"""All tools of the server, in the order in which hosts list them, each with its description from the prompts."""
 
 from folding_prompts import tool_description
 from mcp.server.mcpserver.tools import Tool
-from mcp.types import ToolAnnotations
 
+from folding_server.mcp.arguments import ArgumentsAsSent
+from folding_server.mcp.schemas import lean_input, lean_output
+from folding_server.mcp.tool_record import ToolRecord, ToolSet
 from folding_server.mcp.tools import (
     apps,
     attempts,
@@ -19,50 +18,58 @@ from folding_server.mcp.tools import (
     vision,
 )
 
-ToolFunction = Callable[..., Any]
-
-_LOOKS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
-_ADDS = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)
-_GIVES_UP = ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world_hint=False)
-
-_TOOLS: tuple[tuple[ToolFunction, ToolAnnotations], ...] = (
-    (runs.list_sequences, _LOOKS),
-    (runs.open_run, _ADDS),
-    (runs.get_run, _LOOKS),
-    (folding.add_vertex, _ADDS),
-    (folding.fold, _ADDS),
-    (folding.unfold, _ADDS),
-    (folding.rotate, _ADDS),
-    (folding.flip, _ADDS),
-    (folding.undo, _GIVES_UP),
-    (viewing.view_frame, _LOOKS),
-    (viewing.observe_movement, _LOOKS),
-    (viewing.get_current_state, _LOOKS),
-    (viewing.render_current, _LOOKS),
-    (checkpoints.save_checkpoint, _ADDS),
-    (checkpoints.restore_checkpoint, _GIVES_UP),
-    (checkpoints.get_checkpoint_state, _LOOKS),
-    (checkpoints.generate_checkpoint_overview, _LOOKS),
-    (attempts.list_attempts, _LOOKS),
-    (attempts.commit_attempt, _GIVES_UP),
-    (verification.critic_grid, _LOOKS),
-    (verification.compare_to_frame, _LOOKS),
-    (verification.check_foldability, _LOOKS),
-    (vision.propose_actions, _LOOKS),
-    (interchange.export_state, _LOOKS),
-    (apps.show_model, _LOOKS),
+RECORDS: tuple[ToolRecord, ...] = (
+    runs.list_sequences,
+    runs.list_runs,
+    runs.open_run,
+    runs.get_run,
+    folding.add_vertex,
+    folding.fold,
+    folding.unfold,
+    folding.rotate,
+    folding.flip,
+    folding.undo,
+    viewing.view_frame,
+    viewing.observe_movement,
+    viewing.get_current_state,
+    viewing.render_current,
+    checkpoints.save_checkpoint,
+    checkpoints.restore_checkpoint,
+    checkpoints.get_checkpoint_state,
+    checkpoints.generate_checkpoint_overview,
+    attempts.list_attempts,
+    attempts.commit_attempt,
+    verification.critic_grid,
+    verification.compare_to_frame,
+    verification.check_foldability,
+    vision.propose_actions,
+    interchange.export_state,
+    apps.show_model,
 )
 
 
-def tools() -> list[Tool]:
-    """The tools, in the order in which hosts list them. KeyError if one has no description."""
-    return [_tool(function, annotations) for function, annotations in _TOOLS]
+def tools(tool_set: ToolSet = "all", *, read_only: bool = False) -> list[Tool]:
+    """The tools of a set; with ``read_only`` those of them that change nothing. KeyError if one has no description."""
+    return [_tool(record) for record in RECORDS if record.offered(tool_set, read_only)]
 
 
-def _tool(function: ToolFunction, annotations: ToolAnnotations) -> Tool:
-    """One tool. Its schemas come from the signature, which says that it takes no further arguments."""
-    name = function.__name__
-    description, meta = tool_description(name), apps.TOOL_META.get(name)
-    tool = Tool.from_function(function, description=description, annotations=annotations, meta=meta)
-    tool.parameters["additionalProperties"] = False
-    return tool
+def _tool(record: ToolRecord) -> Tool:
+    """One tool. Its schemas come from the signature; a tool with pictures publishes none of its answer."""
+    made = Tool.from_function(
+        record.function,
+        title=record.title,
+        description=tool_description(record.name),
+        annotations=record.hints,
+        icons=[record.icon],
+        meta=apps.TOOL_META.get(record.name),
+    )
+    made.parameters = lean_input(made.parameters)
+    answer = made.fn_metadata.output_schema
+    made.fn_metadata = ArgumentsAsSent(
+        arg_model=made.fn_metadata.arg_model,
+        output_model=made.fn_metadata.output_model,
+        output_schema=lean_output(answer) if answer else None,
+    )
+    if record.pictures:
+        made.fn_metadata.output_schema = None
+    return made

@@ -15,15 +15,17 @@ from folding_schemas.request_id import REQUEST_ID
 from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
+from folding_server.mcp.auth import caller
 from folding_server.mcp.services.observer_cache import ObserverCache
 from folding_server.mcp.services.replay_cache import ReplayCache
+from folding_server.mcp.tool_record import ToolSet
 from folding_server.simulator import Paper
 from folding_server.store.rules import check_same_sequence
 
 if TYPE_CHECKING:
     from folding_server.frames.sequences import Library, Sequence
     from folding_server.store.change import Change
-    from folding_server.store.run_store import RunStore
+    from folding_server.store.run_store import RunStore, RunSummary
     from folding_server.store.views import RunView
 
 
@@ -33,13 +35,15 @@ class ServerSettings:
 
     ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
     are served from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process:
-    then every call has to name its run.
+    then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered.
     """
 
     data: Path
     database: str | None = None
     sequences: tuple[Path, ...] = ()
     shared: bool = False
+    tool_set: ToolSet = "all"
+    read_only: bool = False
 
 
 class AppContext:
@@ -128,6 +132,11 @@ class AppContext:
         """
         return self.store.load(self._named(run_id))
 
+    @property
+    def newest(self) -> str | None:
+        """The id of the run opened last in this process."""
+        return self._newest
+
     @contextmanager
     def change(self, ctx: "ToolContext", run_id: str | None) -> Iterator["Change"]:
         """One change of the run that a call means, decided on and recorded in one transaction of the store.
@@ -143,6 +152,16 @@ class AppContext:
     def paper(self, run: "RunView") -> Paper:
         """The current state of a run."""
         return self.replays.after(run.sheet, run.actions)
+
+    def list_runs(self, limit: int, before: str | None = None) -> "list[RunSummary]":
+        """A page of the runs, newest first; those after run ``before``.
+
+        None to a caller with a token, as runs have no owners yet.
+        """
+        if caller() is not None:
+            return []
+        runs = [each for each in reversed(self.store.list_runs()) if before is None or each.run_id < before]
+        return runs[:limit]
 
     def sequence(self, run: "RunView") -> "Sequence":
         """The photos of a run. RunError for a free fold."""

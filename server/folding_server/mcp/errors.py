@@ -1,7 +1,7 @@
-"""What the protocol layer refuses, in one plain sentence: unknown tools or arguments, wrong values."""
+"""What the protocol layer refuses, in one plain sentence: unknown tools, wrong values. Long values and names are cut."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -10,21 +10,36 @@ Schema = Mapping[str, Any]
 """The JSON schema of a tool's arguments."""
 
 _SHOWN = 80
-"""How many characters of a bad value are repeated to the caller."""
+"""How many characters of a bad value or name are repeated to the caller."""
+_NAMED = 5
+"""How many unknown arguments are named."""
+
+
+def sentence(text: str) -> str:
+    """A refusal as a sentence, whatever room of the server it comes from: with a capital and a full stop.
+
+    A name in first place keeps its case: "Refused: photo.jpg is cut off."
+    """
+    text = text.strip()
+    first = text.split(maxsplit=1)[0] if text else ""
+    if first.rstrip(",:;").isalpha():
+        text = text[0].upper() + text[1:]
+    elif not first[:1].isupper():
+        text = f"Refused: {text}"
+    return text if text.endswith((".", "!", "?")) else f"{text}."
 
 
 def unknown_tool(name: str, tools: Iterable[str]) -> str:
     """The answer to a call of a tool that does not exist."""
-    return f"There is no tool {name!r}; the tools are {', '.join(tools)}."
+    return f"There is no tool {short_name(name)}; the tools are {', '.join(tools)}."
 
 
-def unknown_arguments(tool: str, schema: Schema, arguments: Mapping[str, object]) -> str | None:
-    """The answer to a call with arguments that the tool does not take, or None if it takes them all."""
-    taken = schema.get("properties", {})
-    stray = [name for name in arguments if name not in taken]
-    if not stray:
-        return None
-    return f"{tool} takes no argument {stray[0]!r}; its arguments are {', '.join(taken)}."
+def ignored_arguments(tool: str, schema: Schema, names: Sequence[str]) -> str:
+    """What an answer adds where a call had arguments that the tool does not know."""
+    shown = ", ".join(map(short_name, names[:_NAMED]))
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    taken = ", ".join(schema.get("properties", {})) or "none"
+    return f"Ignored: {shown}{more}; the arguments of {tool} are {taken}."
 
 
 def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], error: ValidationError) -> str:
@@ -33,18 +48,38 @@ def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], er
     name = str(first["loc"][0]) if first["loc"] else ""
     allowed = schema.get("properties", {}).get(name, {}).get("description", first["msg"])
     if name not in arguments:
-        return f"{tool} needs {name}: {allowed}."
-    return f"{name} {_shown(arguments[name])} is not possible: it must be {allowed}."
+        return f"The tool {tool} needs {name}: {allowed}."
+    return f"The argument {name} {_shown(arguments[name])} is not possible: it must be {allowed}."
 
 
 def bad_address(uri: str, error: ValidationError) -> str:
     """The answer to a resource address with a part of the wrong kind."""
     first = error.errors(include_url=False, include_context=False)[0]
     part = ".".join(map(str, first["loc"]))
-    return f"There is no resource {uri}: {part} {_shown(first['input'])} is not a whole number."
+    return f"There is no resource {cut(uri)}: {part} {_shown(first['input'])} is not a whole number."
+
+
+def unknown_prompt(name: str, prompts: Iterable[str]) -> str:
+    """The answer to a request for a prompt that does not exist."""
+    return f"There is no prompt {short_name(name)}; the prompts are {', '.join(prompts)}."
+
+
+def unknown_prompt_argument(prompt: str, stray: str, taken: Sequence[str]) -> str:
+    """The answer to a request for a prompt with an argument that it does not take."""
+    takes = f"it takes {', '.join(taken)}" if taken else "it takes none"
+    return f"The prompt {prompt} has no argument {short_name(stray)}; {takes}."
+
+
+def short_name(name: str) -> str:
+    """A name in quotes, cut where it gets long."""
+    return repr(cut(name))
+
+
+def cut(text: str) -> str:
+    """A text, cut where it gets long."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _shown(value: object) -> str:
     """A bad value as JSON, cut where it gets long."""
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+    return cut(json.dumps(value, ensure_ascii=False))

@@ -1,12 +1,14 @@
 """The arguments that tools share, with what is allowed in words.
 
-Each description is a noun phrase: hosts show it to their model, and a refusal says "must be" before it.
+Each description is a noun phrase: hosts show it to their model, and a refusal says "must be" before it. Numbers and
+lists that come as text are read.
 """
 
 from typing import Annotated
 
 from folding_schemas.actions import Direction, FlipAxis
-from pydantic import BeforeValidator, Field
+from folding_schemas.results import Images
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 
 def _whole(value: object) -> object:
@@ -16,15 +18,34 @@ def _whole(value: object) -> object:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-RunId = Annotated[
-    str | None,
-    Field(
-        description="the id of a run, as open_run answered it; left out, the run opened last in this process"
-    ),
+def _listed(value: object) -> object:
+    """Whole numbers that came as text, such as "[1, 3]" or "1, 3", as a list; anything else as it is."""
+    if not isinstance(value, str):
+        return value
+    parts = value.strip().removeprefix("[").removesuffix("]").replace(",", " ").split()
+    return parts if parts and all(part.isdecimal() for part in parts) else value
+
+
+MOST_DEGREES = 360
+"""One full turn either way: more means nothing else, and very large angles have no meaning in floating point."""
+
+_PAIR = WithJsonSchema({"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2})
+_SIDE = WithJsonSchema({"type": "integer", "minimum": -1, "maximum": 1})
+READ_WHOLE = BeforeValidator(_whole)
+"""Reads a whole number; stands after the bounds, which pydantic otherwise leaves out of the schema."""
+_Whole = Annotated[int, READ_WHOLE]
+
+RunId = Annotated[str | None, Field(description="a run's id, from open_run; left out, the run opened last")]
+VertexIds = Annotated[
+    tuple[_Whole, _Whole],
+    BeforeValidator(_listed),
+    _PAIR,
+    Field(description="two vertex ids, [u, v]"),
 ]
-VertexIds = Annotated[tuple[int, int], Field(description="two vertex ids, [u, v]")]
 Crease = Annotated[
-    tuple[int, int] | None,
+    tuple[_Whole, _Whole] | None,
+    BeforeValidator(_listed),
+    _PAIR,
     Field(description="two vertex ids on the crease, [u, v]; left out, the newest fold still folded"),
 ]
 Fraction = Annotated[
@@ -33,13 +54,22 @@ Fraction = Annotated[
 ]
 Side = Annotated[
     Direction,
-    BeforeValidator(_whole),
-    Field(description="1 (the side above the line moves; right of an upright one) or -1 (the other side)"),
+    READ_WHOLE,
+    _SIDE,
+    Field(
+        description="1 (the side above the line moves; right of an upright one) or -1 (the other side); never 0"
+    ),
 ]
 Degrees = Annotated[
     float,
-    Field(allow_inf_nan=False, description="a number of degrees, positive clockwise"),
+    Field(
+        ge=-MOST_DEGREES,
+        le=MOST_DEGREES,
+        allow_inf_nan=False,
+        description="a number of degrees from -360 to 360, positive clockwise",
+    ),
 ]
 Axis = Annotated[FlipAxis, Field(description="one of x, y, y=x and y=-x")]
-Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1")]
-LaterFrame = Annotated[int, Field(ge=2, description="the later keyframe's number, from 2")]
+Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1"), READ_WHOLE]
+LaterFrame = Annotated[int, Field(ge=2, description="the later keyframe's number, from 2"), READ_WHOLE]
+ImageSize = Annotated[Images, Field(description="none, small (half as wide) or full; left out, full")]

@@ -1,4 +1,4 @@
-"""Prompts for hosts: what a user picks to set a model to work; sequence names are completed on the way."""
+"""Prompts for hosts: what a user picks to set a model to work; arguments are completed on the way."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +13,9 @@ from mcp.types import (
 )
 from pydantic import Field
 
-from folding_server.errors import FoldingError
+from folding_server.errors import PhotoError
+from folding_server.mcp import icons
+from folding_server.mcp.completions import completion
 from folding_server.mcp.context import AppContext
 
 if TYPE_CHECKING:
@@ -30,31 +32,29 @@ FrameNumber = Annotated[
 _FRONT, _BACK = "in the colour that open_run calls front_color", "in that of back_color"
 """What the critic's prompt says of colours before a run is known."""
 
-_NAMES_OF_SEQUENCES = ("sequence", "name")
-"""What arguments that take a sequence's name are called, in prompts and in resource templates."""
-
-_MOST = 100
-"""The most values that the protocol allows in one completion."""
-
 
 def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
     """Give the server its prompts and their completion."""
 
-    @server.prompt(title="Reconstruct a folding sequence")
+    @server.prompt(title="Reconstruct a folding sequence", icons=[icons.PHOTO])
     def reconstruct(sequence: SequenceName = "") -> str:
         """Work out how the paper in a photo sequence was folded, frame by frame."""
+        if sequence:
+            app.library.open(sequence)
         return prompt(
             "server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)"
         )
 
-    @server.prompt(title="Judge a step")
+    @server.prompt(title="Judge a step", icons=[icons.CHECK])
     def judge_step(frame: FrameNumber = "") -> str:
         """Judge whether the current state is what a frame's photo shows, as the agent's critic does."""
+        if frame and not (frame.isdecimal() and int(frame) > 1):
+            raise PhotoError(f"The frame {frame!r:.80} cannot be judged; give a keyframe's number, from 2.")
         critic = prompt("critic/system", front=_FRONT, back=_BACK)
         asked = f"frame {frame}" if frame else "the frame that comes next"
         return prompt("server/judge_step", critic=critic, frame=asked)
 
-    @server.prompt(title="Find the first mistake")
+    @server.prompt(title="Find the first mistake", icons=[icons.CHECK])
     def find_mistake() -> str:
         """Find the first saved frame that departs from its photo, as the agent's overview critic does."""
         return prompt("server/find_mistake", overview=prompt("overview/system"))
@@ -62,18 +62,8 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
     @server.completion()  # type: ignore[untyped-decorator,no-untyped-call]
     async def complete(
         reference: Reference, argument: CompletionArgument, context: CompletionContext | None
-    ) -> Completion | None:
-        """Complete names of sequences."""
-        del reference, context
-        if argument.name not in _NAMES_OF_SEQUENCES:
-            return None
-        return await anyio.to_thread.run_sync(_sequences_like, app, argument.value)
-
-
-def _sequences_like(app: AppContext, start: str) -> Completion:
-    """The sequences whose name starts like this; none where they cannot be listed."""
-    try:
-        names = [each.name for each in app.library.sequences() if each.name.startswith(start)]
-    except FoldingError:
-        names = []
-    return Completion(values=names[:_MOST], total=len(names), has_more=len(names) > _MOST)
+    ) -> Completion:
+        """Complete sequences, runs, frames and vertices."""
+        del reference
+        chosen = (context.arguments if context else None) or {}
+        return await anyio.to_thread.run_sync(completion, app, argument.name, argument.value, chosen)

@@ -17,14 +17,25 @@ from mcp.server.mcpserver.exceptions import (
 )
 from mcp.server.mcpserver.tools import Tool
 from mcp.shared.exceptions import MCPError
-from mcp.types import INVALID_PARAMS, CallToolResult, GetPromptResult, InputRequiredResult
+from mcp.types import (
+    INVALID_PARAMS,
+    CallToolResult,
+    GetPromptResult,
+    InputRequiredResult,
+    LoggingLevel,
+    TextContent,
+)
 from pydantic import AnyUrl, ValidationError
 
 from folding_server.errors import FoldingError
-from folding_server.mcp import catalogue, errors, prompts, resources
+from folding_server.mcp import catalogue, errors, icons, prompts, resources
+from folding_server.mcp.arguments import known_arguments, unknown_arguments
 from folding_server.mcp.auth import auth_settings
 from folding_server.mcp.context import AppContext
+from folding_server.mcp.results import readable
+from folding_server.mcp.services.run_addresses import changed_addresses
 from folding_server.mcp.stdio import answering_stdio
+from folding_server.mcp.subscriptions import Subscriptions
 from folding_server.mcp.tools.apps import model_app
 
 
@@ -35,13 +46,16 @@ class FoldingServer(MCPServer[AppContext]):
     """
 
     def __init__(self, app: AppContext, tokens: TokenVerifier | None = None) -> None:
-        tools = catalogue.tools()
+        tools = catalogue.tools(app.settings.tool_set, read_only=app.settings.read_only)
+        self._app = app
+        self._hosts = Subscriptions()
         self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
         super().__init__(
             "foldingagent",
             title="FoldingAgent",
             version=version("foldingagent-mcp"),
             instructions=prompt("server/instructions"),
+            icons=[icons.ACTION],
             tools=tools,
             log_level="WARNING",
             lifespan=_serving(app),
@@ -49,6 +63,7 @@ class FoldingServer(MCPServer[AppContext]):
             auth=auth_settings() if tokens else None,
             extensions=[model_app()],
         )
+        self._hosts.register(self._lowlevel_server)
         resources.register(self, app)
         prompts.register(self, app)
 
@@ -62,21 +77,45 @@ class FoldingServer(MCPServer[AppContext]):
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[AppContext, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
-        """Call a tool. ToolError for an unknown tool, arguments it does not take, and whatever it refuses."""
+        """Call a tool. ToolError for an unknown tool and whatever it refuses. Arguments it does not know are ignored."""
         tool = self.catalogue.get(name)
         if tool is None:
             raise ToolError(errors.unknown_tool(name, self.catalogue))
-        if refusal := errors.unknown_arguments(name, tool.parameters, arguments):
-            raise ToolError(refusal)
+        given = known_arguments(tool.parameters, arguments)
+        stray = unknown_arguments(tool.parameters, arguments)
+        note = errors.ignored_arguments(name, tool.parameters, stray) if stray else ""
         try:
-            return await super().call_tool(name, arguments, context)
+            answer = await super().call_tool(name, given, context)
         except ToolError as error:
-            cause = error.__cause__
-            if isinstance(cause, FoldingError):
-                raise ToolError(str(cause)) from cause
-            if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
-                raise ToolError(errors.bad_arguments(name, tool.parameters, arguments, cause)) from cause
-            raise
+            await self._log(context, _level(error), f"{name}: {(refused := _refusal(tool, given, error))}")
+            raise type(error)(f"{refused} {note}".rstrip()) from error.__cause__
+        if isinstance(answer, CallToolResult):
+            answer = readable(answer, note, context.protocol_version if context else None)
+            await self._changed(tool, given, answer, context)
+        return answer
+
+    async def _changed(
+        self,
+        tool: Tool,
+        given: Mapping[str, Any],
+        answer: CallToolResult,
+        context: Context[AppContext, Any] | None,
+    ) -> None:
+        """Tell hosts what a call came to, and those that watch the run that it has changed."""
+        if context is None or (tool.annotations and tool.annotations.read_only_hint):
+            return
+        first = answer.content[0]
+        await self._log(
+            context, "info", f"{tool.name}: {first.text if isinstance(first, TextContent) else ''}"
+        )
+        run_id = (answer.structured_content or {}).get("run_id") or given.get("run_id") or self._app.newest
+        frames = [given["frame"]] if "frame" in given else []
+        await self._hosts.changed(context, changed_addresses(str(run_id), frames))
+
+    async def _log(self, context: Context[AppContext, Any] | None, level: LoggingLevel, text: str) -> None:
+        """Send the caller a log message, if it wants such."""
+        if context is not None:
+            await self._hosts.log(context.request_context, level, text)
 
     async def read_resource(
         self, uri: AnyUrl | str, context: Context[AppContext, Any] | None = None
@@ -90,7 +129,7 @@ class FoldingServer(MCPServer[AppContext]):
         except ResourceError as error:
             cause = error.__cause__
             if isinstance(cause, FoldingError):
-                raise ResourceNotFoundError(str(cause)) from cause
+                raise ResourceNotFoundError(errors.sentence(str(cause))) from cause
             if isinstance(cause, ValidationError):
                 raise ResourceNotFoundError(errors.bad_address(str(uri), cause)) from cause
             raise
@@ -103,19 +142,35 @@ class FoldingServer(MCPServer[AppContext]):
     ) -> GetPromptResult | InputRequiredResult:
         """Get a prompt.
 
-        MCPError (invalid params) for an unknown prompt or an argument that it does not take.
+        MCPError (invalid params) for an unknown prompt, an argument that it does not take, and a sequence that is not there.
         """
         known = {each.name: each for each in await self.list_prompts()}
         if name not in known:
-            raise MCPError(
-                INVALID_PARAMS, f"There is no prompt {name!r}; the prompts are {', '.join(known)}."
-            )
+            raise MCPError(INVALID_PARAMS, errors.unknown_prompt(name, known))
         taken = [argument.name for argument in known[name].arguments or ()]
         if stray := [given for given in arguments or () if given not in taken]:
-            raise MCPError(
-                INVALID_PARAMS, f"{name} takes no argument {stray[0]!r}; it takes {', '.join(taken)}."
-            )
-        return await super().get_prompt(name, arguments, context)
+            raise MCPError(INVALID_PARAMS, errors.unknown_prompt_argument(name, stray[0], taken))
+        try:
+            return await super().get_prompt(name, arguments, context)
+        except ValueError as error:
+            if isinstance(error.__cause__, FoldingError):
+                raise MCPError(INVALID_PARAMS, errors.sentence(str(error.__cause__))) from error
+            raise
+
+
+def _level(error: ToolError) -> LoggingLevel:
+    """How bad a failed call is: a refusal, or a fault of the server's own."""
+    return "error" if isinstance(error, UnexpectedToolError) else "warning"
+
+
+def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str:
+    """A failed call as a sentence; a fault of the server's own as the SDK says it."""
+    cause = error.__cause__
+    if isinstance(cause, FoldingError):
+        return errors.sentence(str(cause))
+    if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
+        return errors.sentence(errors.bad_arguments(tool.name, tool.parameters, given, cause))
+    return str(error)
 
 
 def _serving(app: AppContext) -> Callable[[MCPServer[AppContext]], AbstractAsyncContextManager[AppContext]]:

@@ -62,6 +62,22 @@ def overview(
     return encode_for_model(panel, max(panel.shape))
 
 
+def half_size(image: "EncodedImage") -> "EncodedImage":
+    """The same picture, half as wide and high, in the same format."""
+    from folding_server.frames.image_files import (  # noqa: PLC0415
+        decode_bytes,
+        encode_for_model,
+        encode_png,
+        scale_to,
+    )
+
+    half = max(image.width, image.height) // 2
+    pixels = scale_to(decode_bytes(image.data, "the picture"), half)
+    if image.mime == "image/png":
+        return encode_png(pixels, image.caption)
+    return encode_for_model(pixels, half, caption=image.caption)
+
+
 def _pixels(drawn: "EncodedImage | None") -> "RgbImage":
     """The pixels of a diagram; a light blank where there is none."""
     import numpy as np  # noqa: PLC0415

@@ -1,10 +1,16 @@
 """Where a run stands, as data and in a few words."""
 
-from folding_schemas.results import RunInfo
+from typing import TYPE_CHECKING
+
+from folding_schemas.results import CheckpointState, RunInfo
 
 from folding_server.errors import RunError
+from folding_server.simulator import folded_state
 from folding_server.simulator.vertices import id_ranges
 from folding_server.store.views import Checkpoint, RunView
+
+if TYPE_CHECKING:
+    from folding_server.mcp.context import AppContext
 
 
 def run_info(run: RunView) -> RunInfo:
@@ -35,6 +41,17 @@ def checkpoint_at(run: RunView, frame: int) -> Checkpoint:
             f"Frame {frame} has no checkpoint; saved frames: {saved}. Use save_checkpoint to make one."
         )
     return run.checkpoints[frame]
+
+
+def checkpoint_state(app: "AppContext", run: RunView, frame: int) -> CheckpointState:
+    """The state saved for a frame, as hosts see it. RunError, naming the saved frames, if there is none."""
+    saved = checkpoint_at(run, frame)
+    return CheckpointState(
+        frame=frame,
+        actions=list(saved.actions),
+        notes=saved.notes,
+        state=folded_state(app.replays.after(run.sheet, saved.path)),
+    )
 
 
 def check_between(run: RunView, frame: int) -> None:

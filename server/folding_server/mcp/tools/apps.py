@@ -8,8 +8,10 @@ from mcp.server.mcpserver.resources import FunctionResource
 from mcp.types import CallToolResult, TextContent
 
 from folding_server.errors import PhotoError
+from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import RunId
+from folding_server.mcp.tool_record import LOOKS, tool
 from folding_server.store.views import RunView
 from folding_server.view.page import page_html
 
@@ -21,6 +23,7 @@ TOOL_META: dict[str, dict[str, Any]] = {"show_model": {"ui": {"resourceUri": PAG
 """What the list of tools says of a tool beside its schema, by the tool's name."""
 
 
+@tool("Show the model", LOOKS, icons.FILE)
 def show_model(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, ModelShown]:
     """Open a view of the run's model."""
     from folding_server.view.stops import model_shown, model_view, program_window

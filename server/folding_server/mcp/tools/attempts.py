@@ -6,34 +6,39 @@ from folding_schemas.results import AttemptCommitted, AttemptInfo, AttemptList
 from mcp.types import CallToolResult
 from pydantic import Field
 
+from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context
-from folding_server.mcp.parameters import LaterFrame, RunId
-from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.parameters import READ_WHOLE, ImageSize, LaterFrame, RunId
+from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import SMALL_SIZE, diagram
 from folding_server.mcp.services.run_status import next_step
+from folding_server.mcp.tool_record import LOOKS, SETTLES, tool
 from folding_server.simulator import folded_state
 from folding_server.store.views import Attempt, RunView
 
 Number = Annotated[
-    int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1")
+    int, Field(ge=1, description="the number of an attempt, as list_attempts shows it, from 1"), READ_WHOLE
 ]
 
 
+@tool("List attempts", LOOKS, icons.CHECKPOINT, within="paper", pictures=True)
 def list_attempts(
-    ctx: ToolContext, frame: LaterFrame, run_id: RunId = None
+    ctx: ToolContext, frame: LaterFrame, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, AttemptList]:
     """Show the attempts made at a frame, with a diagram of each."""
     app = app_context(ctx)
     run = app.run(run_id)
     app.sequence(run).require(frame)
     made = run.attempts.get(frame, ())
-    drawn = [_diagram(app, run, each) for each in made]
+    drawn = (_diagram(app, run, each) for each in made)
     listed = AttemptList(frame=frame, budget=run.budget or 0, attempts=[_info(each) for each in made])
     order = f"; the diagrams are those of {', '.join(each.label for each in made)}" if made else ""
-    return call_tool_result(f"{len(made)} of {run.budget} attempts at frame {frame}{order}.", listed, *drawn)
+    text = f"{len(made)} of {run.budget} attempts at frame {frame}{order}."
+    return picture_result(text, listed, drawn, images)
 
 
+@tool("Commit an attempt", SETTLES, icons.CHECKPOINT, within="paper")
 def commit_attempt(
     ctx: ToolContext, frame: LaterFrame, attempt: Number, run_id: RunId = None
 ) -> Annotated[CallToolResult, AttemptCommitted]:

@@ -7,10 +7,12 @@ from folding_schemas.actions import action_text
 from folding_schemas.results import ActionResult
 from mcp.types import CallToolResult
 
+from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import Axis, Crease, Degrees, Fraction, RunId, Side, VertexIds
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.run_status import attempt_in_words
+from folding_server.mcp.tool_record import ADDS, GIVES_UP, tool
 from folding_server.simulator import Paper, folded_state
 from folding_server.simulator.state_diff import StateDifference, state_difference
 from folding_server.simulator.vertices import id_ranges
@@ -19,31 +21,37 @@ from folding_server.store.views import RunView
 _Answer = Annotated[CallToolResult, ActionResult]
 
 
+@tool("Add a vertex", ADDS, icons.ACTION, within="paper")
 def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> _Answer:
     """Subdivide an edge."""
     return _act(ctx, run_id, actions.AddVertex(edge=edge, position=position))
 
 
+@tool("Fold", ADDS, icons.ACTION, within="paper")
 def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> _Answer:
     """Fold along the line through two vertices."""
     return _act(ctx, run_id, actions.Fold(edge=edge, direction=direction))
 
 
+@tool("Unfold", ADDS, icons.ACTION, within="paper")
 def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> _Answer:
     """Open a fold again."""
     return _act(ctx, run_id, actions.Unfold(edge=edge))
 
 
+@tool("Rotate the model", ADDS, icons.ACTION, within="paper")
 def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> _Answer:
     """Turn the model in the plane."""
     return _act(ctx, run_id, actions.Rotate(angle=angle))
 
 
+@tool("Turn the model over", ADDS, icons.ACTION, within="paper")
 def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> _Answer:
     """Turn the model over."""
     return _act(ctx, run_id, actions.Flip(axis=axis))
 
 
+@tool("Undo the last action", GIVES_UP, icons.ACTION, within="standard")
 def undo(ctx: ToolContext, run_id: RunId = None) -> _Answer:
     """Take back the last action."""
     app = app_context(ctx)

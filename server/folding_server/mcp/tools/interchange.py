@@ -6,10 +6,12 @@ from folding_schemas.results import Export, ExportFormat
 from mcp.types import CallToolResult
 from pydantic import Field
 
+from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
-from folding_server.mcp.parameters import RunId
-from folding_server.mcp.results import AnswerPicture, call_tool_result
+from folding_server.mcp.parameters import ImageSize, RunId
+from folding_server.mcp.results import AnswerPicture, picture_result
 from folding_server.mcp.services import picture_metas
+from folding_server.mcp.tool_record import LOOKS, tool
 
 if TYPE_CHECKING:
     from folding_server.frames.image_files import EncodedImage
@@ -20,9 +22,11 @@ Format = Annotated[
 ]
 
 
+@tool("Export the model", LOOKS, icons.FILE, within="standard", pictures=True)
 def export_state(
     ctx: ToolContext,
     format: Format,  # noqa: A002 - the argument's name on the wire
+    images: ImageSize = "full",
     run_id: RunId = None,
 ) -> Annotated[CallToolResult, Export]:
     """Give the current state as a file."""
@@ -40,7 +44,7 @@ def export_state(
         if isinstance(file.content, str)
         else [AnswerPicture(_picture(file.content), picture_metas.exported_diagram())]
     )
-    return call_tool_result(f"{file.filename} ({file.media_type}).", exported, *pictures)
+    return picture_result(f"{file.filename} ({file.media_type}).", exported, pictures, images)
 
 
 def _picture(png: bytes) -> "EncodedImage":

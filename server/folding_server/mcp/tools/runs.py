@@ -2,21 +2,31 @@
 
 from typing import Annotated
 
-from folding_schemas.results import RunInfo, SequenceInfo, SequenceList
+from folding_schemas.results import RunInfo, RunList, SequenceInfo, SequenceList
 from mcp.types import CallToolResult
 from pydantic import Field
 
+from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context, request_id_of
-from folding_server.mcp.parameters import RunId
+from folding_server.mcp.parameters import READ_WHOLE, RunId
 from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services.run_addresses import checkpoint_links, file_links
+from folding_server.mcp.services.run_list import MOST_RUNS, newest_runs
 from folding_server.mcp.services.run_status import next_step, run_info
+from folding_server.mcp.tool_record import ADDS, LOOKS, tool
 
 OptionalSequence = Annotated[
     str | None, Field(description="the name of a sequence, as list_sequences shows it")
 ]
 ResumedId = Annotated[str | None, Field(description="the id of an earlier run to take up again")]
+Most = Annotated[
+    int,
+    Field(ge=1, le=MOST_RUNS, description="how many runs to list, from 1 to 100; left out, 20"),
+    READ_WHOLE,
+]
 
 
+@tool("List sequences", LOOKS, icons.RUN, within="paper")
 def list_sequences(ctx: ToolContext) -> Annotated[CallToolResult, SequenceList]:
     """List the sequences that can be opened."""
     found = sequence_list(app_context(ctx))
@@ -36,6 +46,7 @@ def sequence_list(app: AppContext) -> SequenceList:
     return SequenceList(sequences=infos, problems=app.library.problems())
 
 
+@tool("Open a run", ADDS, icons.RUN, within="paper")
 def open_run(
     ctx: ToolContext, sequence: OptionalSequence = None, run_id: ResumedId = None
 ) -> Annotated[CallToolResult, RunInfo]:
@@ -47,8 +58,32 @@ def open_run(
     return call_tool_result(f"{verb} run {run.run_id} {about}. {next_step(run)}", run_info(run))
 
 
+@tool("List runs", LOOKS, icons.RUN, within="paper")
+def list_runs(ctx: ToolContext, count: Most = 20) -> Annotated[CallToolResult, RunList]:
+    """List the runs that can be taken up again, newest first."""
+    app = app_context(ctx)
+    found = newest_runs(app, count)
+    return call_tool_result(_runs_in_words(found, shared=app.settings.shared), found)
+
+
+def _runs_in_words(found: RunList, *, shared: bool) -> str:
+    """The runs, one a line."""
+    if not found.runs:
+        whose = " of yours" if shared else ""
+        return f"There is no run{whose} here yet; open_run starts one."
+    lines = [
+        f"{each.run_id}: {each.sequence or 'a free fold'}, {each.saved}"
+        + (f" of {each.frames} frames saved" if each.frames else " saved")
+        + f", last changed {each.changed}."
+        for each in found.runs
+    ]
+    return "\n".join([*lines, "There are older ones."] if found.more else lines)
+
+
+@tool("Show a run", LOOKS, icons.RUN, within="paper")
 def get_run(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, RunInfo]:
     """Show where a run stands."""
     run = app_context(ctx).run(run_id)
     saved = f"{len(run.checkpoints)} of {run.frames} frames saved. " if run.sequence else ""
-    return call_tool_result(f"Run {run.run_id}: {saved}{next_step(run)}", run_info(run))
+    links = [*file_links(run.run_id), *checkpoint_links(run.run_id, sorted(run.checkpoints))]
+    return call_tool_result(f"Run {run.run_id}: {saved}{next_step(run)}", run_info(run), *links)

@@ -7,16 +7,21 @@ from folding_schemas.results import Proposals
 from mcp.types import CallToolResult
 from pydantic import Field
 
+from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
-from folding_server.mcp.parameters import LaterFrame, RunId
+from folding_server.mcp.parameters import READ_WHOLE, LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services import presenters
 from folding_server.mcp.services.run_status import check_between
 from folding_server.mcp.tool_progress import ToolProgress
+from folding_server.mcp.tool_record import LOOKS, tool
 
-Count = Annotated[int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10")]
+Count = Annotated[
+    int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10; left out, 3"), READ_WHOLE
+]
 
 
+@tool("Propose actions", LOOKS, icons.CHECK)
 def propose_actions(
     ctx: ToolContext, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:

@@ -1,0 +1,31 @@
+"""The runs there are, newest first: after a restart nothing else tells how to find one."""
+
+from folding_schemas.results import RunLine, RunList
+
+from folding_server.mcp.context import AppContext
+from folding_server.store.views import RunView
+
+MOST_RUNS = 100
+"""The most runs in one list: as many values as the protocol allows in one completion."""
+
+
+def newest_runs(app: AppContext, most: int) -> RunList:
+    """The caller's newest runs. RunError if the database cannot be used."""
+    ids = newest_ids(app, most + 1)
+    return RunList(runs=[_line(app.store.load(each)) for each in ids[:most]], more=len(ids) > most)
+
+
+def newest_ids(app: AppContext, most: int = MOST_RUNS) -> list[str]:
+    """The ids of the caller's newest runs; of all where callers have no tokens."""
+    return [each.run_id for each in app.list_runs(most)]
+
+
+def _line(run: RunView) -> RunLine:
+    return RunLine(
+        run_id=run.run_id,
+        sequence=run.sequence,
+        frames=run.frames,
+        saved=len(run.checkpoints),
+        changed=run.changed.isoformat(timespec="seconds"),
+        complete=run.complete,
+    )

@@ -1,0 +1,87 @@
+"""What a server tells its hosts unasked: that a run they watch has changed, and what calls came to, as log messages.
+
+Hosts of the protocol of 2026-07-28 say with each request what they want to hear, and the SDK keeps to it. Earlier ones
+say it once for their connection, with ``resources/subscribe`` and ``logging/setLevel``; that is kept here. A change is
+told by the process that made it.
+"""
+
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, get_args
+from weakref import WeakKeyDictionary
+
+from mcp.server.connection import Connection
+from mcp.server.context import ServerRequestContext
+from mcp.types import (
+    EmptyResult,
+    LoggingLevel,
+    SetLevelRequestParams,
+    SubscribeRequestParams,
+    UnsubscribeRequestParams,
+)
+
+if TYPE_CHECKING:
+    from mcp.server.lowlevel.server import Server
+    from mcp.server.mcpserver import Context
+
+    from folding_server.mcp.context import AppContext
+
+LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
+"""From the least important to the most."""
+_FIRST_MODERN = "2026-07-28"
+"""The version of the protocol from which requests say for themselves what log messages they want."""
+
+Request = ServerRequestContext[Any, Any]
+
+
+class Subscriptions:
+    """What each connection wants to hear. It is forgotten with the connection."""
+
+    def __init__(self) -> None:
+        self._watched: WeakKeyDictionary[Connection, set[str]] = WeakKeyDictionary()
+        self._levels: WeakKeyDictionary[Connection, LoggingLevel] = WeakKeyDictionary()
+
+    def register(self, server: "Server[AppContext]") -> None:
+        """Have the server answer the three requests."""
+        server.add_request_handler("resources/subscribe", SubscribeRequestParams, self._subscribe)
+        server.add_request_handler("resources/unsubscribe", UnsubscribeRequestParams, self._unsubscribe)
+        server.add_request_handler("logging/setLevel", SetLevelRequestParams, self._set_level)
+
+    async def changed(self, ctx: "Context[AppContext, Any]", addresses: Iterable[str]) -> None:
+        """Tell everyone who watches one of the addresses that it reads otherwise now."""
+        for uri in addresses:
+            await ctx.notify_resource_updated(uri)
+            for connection, watched in list(self._watched.items()):
+                if uri in watched:
+                    await connection.send_resource_updated(uri)
+
+    async def log(self, request: Request, level: LoggingLevel, text: str) -> None:
+        """Send the host a log message, if it asked for messages of this level."""
+        if request.protocol_version < _FIRST_MODERN:
+            least = self._levels.get(_connection(request))
+            if least is None or LEVELS.index(level) < LEVELS.index(least):
+                return
+        with warnings.catch_warnings():
+            # The SDK warns of log messages, which the protocol of 2026-07-28 advises against and still has.
+            warnings.simplefilter("ignore")
+            sending = request.session.send_log_message(
+                level, text, logger="folding", related_request_id=request.request_id
+            )
+        await sending
+
+    async def _subscribe(self, request: Request, params: SubscribeRequestParams) -> EmptyResult:
+        self._watched.setdefault(_connection(request), set()).add(str(params.uri))
+        return EmptyResult()
+
+    async def _unsubscribe(self, request: Request, params: UnsubscribeRequestParams) -> EmptyResult:
+        self._watched.get(_connection(request), set()).discard(str(params.uri))
+        return EmptyResult()
+
+    async def _set_level(self, request: Request, params: SetLevelRequestParams) -> EmptyResult:
+        self._levels[_connection(request)] = params.level
+        return EmptyResult()
+
+
+def _connection(request: Request) -> Connection:
+    """The connection of a request: the SDK makes a session for each request and shows what they share in no other way."""
+    return request.session._connection  # noqa: SLF001
