@@ -70,11 +70,13 @@ def images_of(result: CallToolResult) -> list[ImageContent]:
 
 
 @asynccontextmanager
-async def in_memory(data: Path, *sequences: Path, shared: bool = False) -> AsyncIterator[Host]:
-    """A host connected to a server in this process."""
-    with AppContext(ServerSettings(data, sequences=sequences, shared=shared)) as app:
-        async with Client(FoldingServer(app)) as client:
-            yield Host(client)
+async def in_memory(
+    data: Path, *sequences: Path, shared: bool = False, read_only: bool = False, **client: Any
+) -> AsyncIterator[Host]:
+    """A host connected to a server in this process; ``client`` are options of the SDK's client."""
+    with AppContext(ServerSettings(data, sequences=sequences, shared=shared, read_only=read_only)) as app:
+        async with Client(FoldingServer(app), **client) as connected:
+            yield Host(connected)
 
 
 def stdio(data: Path, *sequences: Path) -> StdioServerParameters:

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version as version_of
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -55,6 +55,13 @@ TokenFile = Annotated[
         help="Answer HTTP clients only with a bearer token of this file, which has lines OWNER TOKEN.",
     ),
 ]
+ToolsOffered = Annotated[
+    Literal["paper", "standard", "all"],
+    typer.Option(
+        "--tools", help="The tools to offer: the paper's own, those with undo and measuring, or all."
+    ),
+]
+ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
 
 
 def _show_version(wanted: bool) -> None:
@@ -119,6 +126,8 @@ def serve(
     database: Database = None,
     known_as: KnownAs = None,
     token_file: TokenFile = None,
+    tools: ToolsOffered = "all",
+    read_only: ReadOnly = False,
     _version: _Version = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
@@ -135,7 +144,15 @@ def serve(
         )
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data, database)
-    with AppContext(ServerSettings(folder, database, tuple(sequences or ()), shared=http is not None)) as app:
+    settings = ServerSettings(
+        folder,
+        database,
+        tuple(sequences or ()),
+        shared=http is not None,
+        tool_set=tools,
+        read_only=read_only,
+    )
+    with AppContext(settings) as app:
         if http is None:
             _serve_stdio(app)
         else:
