@@ -87,8 +87,11 @@ class FoldingServer(MCPServer[AppContext]):
         try:
             answer = await super().call_tool(name, given, context)
         except ToolError as error:
-            await self._log(context, _level(error), f"{name}: {(refused := _refusal(tool, given, error))}")
-            raise type(error)(f"{refused} {note}".rstrip()) from error.__cause__
+            refused = _refusal(tool, given, error)
+            await self._log(context, "warning" if refused else "error", f"{name}: {refused or error}")
+            if refused is None:
+                raise
+            raise ToolError(f"{refused} {note}".rstrip()) from error.__cause__
         if isinstance(answer, CallToolResult):
             answer = readable(answer, note, context.protocol_version if context else None)
             await self._changed(tool, given, answer, context)
@@ -153,24 +156,25 @@ class FoldingServer(MCPServer[AppContext]):
         try:
             return await super().get_prompt(name, arguments, context)
         except ValueError as error:
-            if isinstance(error.__cause__, FoldingError):
-                raise MCPError(INVALID_PARAMS, errors.sentence(str(error.__cause__))) from error
+            if (cause := _mistake_behind(error)) is not None:
+                raise MCPError(INVALID_PARAMS, errors.sentence(str(cause))) from error
             raise
 
 
-def _level(error: ToolError) -> LoggingLevel:
-    """How bad a failed call is: a refusal, or a fault of the server's own."""
-    return "error" if isinstance(error, UnexpectedToolError) else "warning"
+def _mistake_behind(error: BaseException) -> FoldingError | None:
+    """The caller's mistake that an error of the SDK's was raised for, however often it was wrapped."""
+    cause = error.__cause__
+    return cause if cause is None or isinstance(cause, FoldingError) else _mistake_behind(cause)
 
 
-def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str:
-    """A failed call as a sentence; a fault of the server's own as the SDK says it."""
+def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str | None:
+    """A failed call as a sentence, if the caller can mend it; None for a fault of the server's own."""
     cause = error.__cause__
     if isinstance(cause, FoldingError):
         return errors.sentence(str(cause))
     if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
         return errors.sentence(errors.bad_arguments(tool.name, tool.parameters, given, cause))
-    return str(error)
+    return None
 
 
 def _serving(app: AppContext) -> Callable[[MCPServer[AppContext]], AbstractAsyncContextManager[AppContext]]:
