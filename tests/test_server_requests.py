@@ -81,8 +81,8 @@ async def test_a_request_id_with_another_call_is_refused_and_changes_nothing(tmp
             assert refused["is_error"]
             (block,) = refused["content"]
             assert block["text"] == (
-                f"the request id {request_id} was used by an earlier call with another tool or other "
-                "arguments; send every call with a request id of its own"
+                f"The request id {request_id} was used by an earlier call with another tool or other "
+                "arguments; send every call with a request id of its own."
             )
         assert await host.call("get_run", run_id=run_id) == before
 

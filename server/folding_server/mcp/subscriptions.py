@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, get_args
 from weakref import WeakKeyDictionary
 
-from mcp.server.connection import Connection
+from mcp.server.connection import Connection, allowed_log_levels
 from mcp.server.context import ServerRequestContext
 from mcp.types import (
     EmptyResult,
@@ -57,10 +57,8 @@ class Subscriptions:
 
     async def log(self, request: Request, level: LoggingLevel, text: str) -> None:
         """Send the host a log message, if it asked for messages of this level."""
-        if request.protocol_version < _FIRST_MODERN:
-            least = self._levels.get(_connection(request))
-            if least is None or LEVELS.index(level) < LEVELS.index(least):
-                return
+        if not self._wanted(request, level):
+            return
         with warnings.catch_warnings():
             # The SDK warns of log messages, which the protocol of 2026-07-28 advises against and still has.
             warnings.simplefilter("ignore")
@@ -68,6 +66,13 @@ class Subscriptions:
                 level, text, logger="folding", related_request_id=request.request_id
             )
         await sending
+
+    def _wanted(self, request: Request, level: LoggingLevel) -> bool:
+        """Whether the host asked for messages of this level: with the request, or earlier for its connection."""
+        if request.protocol_version >= _FIRST_MODERN:
+            return level in allowed_log_levels(request.protocol_version, request.meta)
+        least = self._levels.get(_connection(request))
+        return least is not None and LEVELS.index(level) >= LEVELS.index(least)
 
     async def _subscribe(self, request: Request, params: SubscribeRequestParams) -> EmptyResult:
         self._watched.setdefault(_connection(request), set()).add(str(params.uri))
