@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from folding_server.mcp.catalogue import RECORDS, tools
-from folding_server.mcp.tool_record import ToolSet
+from folding_server.mcp.tool_record import ToolSelection
 from host_rules import Schema, codex, gemini, openai_strict, vs_code
 from hosts import Host, data_of, images_of, in_memory, text_of
 from mcp.types import CallToolResult, ImageContent, TextContent
@@ -241,7 +241,7 @@ def tokens(tool: ListedTool) -> int:
     return text_tokens(text)
 
 
-def names(tool_set: ToolSet) -> set[str]:
+def names(tool_set: ToolSelection) -> set[str]:
     """The names of a set's tools."""
     return {tool.name for tool in tools(tool_set)}
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from mcp.server.mcpserver.utilities.func_metadata import FuncMetadata
 
-Schema = Mapping[str, Any]
-"""The JSON schema of a tool's arguments."""
+from folding_server.mcp.schemas import Schema
+
 Arguments = dict[str, Any]
 
 

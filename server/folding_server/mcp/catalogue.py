@@ -5,7 +5,7 @@ from mcp.server.mcpserver.tools import Tool
 
 from folding_server.mcp.arguments import ArgumentsAsSent
 from folding_server.mcp.schemas import lean_input, lean_output
-from folding_server.mcp.tool_record import ToolRecord, ToolSet
+from folding_server.mcp.tool_record import ToolRecord, ToolSelection
 from folding_server.mcp.tools import (
     apps,
     attempts,
@@ -48,7 +48,7 @@ RECORDS: tuple[ToolRecord, ...] = (
 )
 
 
-def tools(tool_set: ToolSet = "all", *, read_only: bool = False) -> list[Tool]:
+def tools(tool_set: ToolSelection = "all", *, read_only: bool = False) -> list[Tool]:
     """The tools of a set; with ``read_only`` those of them that change nothing. KeyError if one has no description."""
     return [_tool(record) for record in RECORDS if record.offered(tool_set, read_only)]
 

@@ -18,7 +18,7 @@ from folding_server.errors import RunError
 from folding_server.mcp.auth import caller
 from folding_server.mcp.services.observer_cache import ObserverCache
 from folding_server.mcp.services.replay_cache import ReplayCache
-from folding_server.mcp.tool_record import ToolSet
+from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
 from folding_server.store.rules import check_same_sequence
 
@@ -42,7 +42,7 @@ class ServerSettings:
     database: str | None = None
     sequences: tuple[Path, ...] = ()
     shared: bool = False
-    tool_set: ToolSet = "all"
+    tool_set: ToolSelection = "all"
     read_only: bool = False
 
 

@@ -2,12 +2,10 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from pydantic import ValidationError
 
-Schema = Mapping[str, Any]
-"""The JSON schema of a tool's arguments."""
+from folding_server.mcp.schemas import Schema
 
 _SHOWN = 80
 """How many characters of a bad value or name are repeated to the caller."""

@@ -14,9 +14,9 @@ def _icon(path: str) -> Icon:
 _AS_THEY_ARE = "'=:/,"
 """Characters that need no escape in a data URL."""
 
-RUN = _icon("M1 1h6v6H1z")
-ACTION = _icon("M1 7V1l6 6z")
-PHOTO = _icon("M1 2h6v4H1zM4 3v2")
-CHECKPOINT = _icon("M2 1h4v6L4 5 2 7z")
-CHECK = _icon("M1 4l2 2 4-4v2L3 8 1 6z")
-FILE = _icon("M2 1h3l1 2v4H2z")
+RUN_ICON = _icon("M1 1h6v6H1z")
+ACTION_ICON = _icon("M1 7V1l6 6z")
+PHOTO_ICON = _icon("M1 2h6v4H1zM4 3v2")
+CHECKPOINT_ICON = _icon("M2 1h4v6L4 5 2 7z")
+CHECK_ICON = _icon("M1 4l2 2 4-4v2L3 8 1 6z")
+FILE_ICON = _icon("M2 1h3l1 2v4H2z")

@@ -36,7 +36,7 @@ _FRONT, _BACK = "in the colour that open_run calls front_color", "in that of bac
 def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
     """Give the server its prompts and their completion."""
 
-    @server.prompt(title="Reconstruct a folding sequence", icons=[icons.PHOTO])
+    @server.prompt(title="Reconstruct a folding sequence", icons=[icons.PHOTO_ICON])
     def reconstruct(sequence: SequenceName = "") -> str:
         """Work out how the paper in a photo sequence was folded, frame by frame."""
         if sequence:
@@ -45,7 +45,7 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
             "server/reconstruct", sequence=sequence or "that the user names (list_sequences shows them)"
         )
 
-    @server.prompt(title="Judge a step", icons=[icons.CHECK])
+    @server.prompt(title="Judge a step", icons=[icons.CHECK_ICON])
     def judge_step(frame: FrameNumber = "") -> str:
         """Judge whether the current state is what a frame's photo shows, as the agent's critic does."""
         if frame and not (frame.isdecimal() and int(frame) > 1):
@@ -54,7 +54,7 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
         asked = f"frame {frame}" if frame else "the frame that comes next"
         return prompt("server/judge_step", critic=critic, frame=asked)
 
-    @server.prompt(title="Find the first mistake", icons=[icons.CHECK])
+    @server.prompt(title="Find the first mistake", icons=[icons.CHECK_ICON])
     def find_mistake() -> str:
         """Find the first saved frame that departs from its photo, as the agent's overview critic does."""
         return prompt("server/find_mistake", overview=prompt("overview/system"))

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from mcp.server.mcpserver import MCPServer
 
 SVG = "image/svg+xml"
-_PHOTO: list[Icon] = [icons.PHOTO]
-_RUN: list[Icon] = [icons.RUN]
-_FILE: list[Icon] = [icons.FILE]
-_CHECKPOINT: list[Icon] = [icons.CHECKPOINT]
+_PHOTO: list[Icon] = [icons.PHOTO_ICON]
+_RUN: list[Icon] = [icons.RUN_ICON]
+_FILE: list[Icon] = [icons.FILE_ICON]
+_CHECKPOINT: list[Icon] = [icons.CHECKPOINT_ICON]
 
 
 def register(server: "MCPServer[AppContext]", app: AppContext) -> None:

@@ -7,6 +7,7 @@ refuses ``additionalProperties: false``; Gemini takes no enumeration of integers
 from typing import Any
 
 Schema = dict[str, Any]
+"""A JSON schema: of a tool's arguments, or of its answer."""
 
 
 def lean_input(schema: Schema) -> Schema:

@@ -55,7 +55,7 @@ class FoldingServer(MCPServer[AppContext]):
             title="FoldingAgent",
             version=version("foldingagent-mcp"),
             instructions=prompt("server/instructions"),
-            icons=[icons.ACTION],
+            icons=[icons.ACTION_ICON],
             tools=tools,
             log_level="WARNING",
             lifespan=_serving(app),

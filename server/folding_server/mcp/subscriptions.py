@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
     from folding_server.mcp.context import AppContext
 
-LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
+LOG_LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
 """From the least important to the most."""
 _FIRST_MODERN = "2026-07-28"
 """The version of the protocol from which requests say for themselves what log messages they want."""
 
-Request = ServerRequestContext[Any, Any]
+_Request = ServerRequestContext[Any, Any]
 
 
 class Subscriptions:
@@ -55,7 +55,7 @@ class Subscriptions:
                 if uri in watched:
                     await connection.send_resource_updated(uri)
 
-    async def log(self, request: Request, level: LoggingLevel, text: str) -> None:
+    async def log(self, request: _Request, level: LoggingLevel, text: str) -> None:
         """Send the host a log message, if it asked for messages of this level."""
         if not self._wanted(request, level):
             return
@@ -67,26 +67,26 @@ class Subscriptions:
             )
         await sending
 
-    def _wanted(self, request: Request, level: LoggingLevel) -> bool:
+    def _wanted(self, request: _Request, level: LoggingLevel) -> bool:
         """Whether the host asked for messages of this level: with the request, or earlier for its connection."""
         if request.protocol_version >= _FIRST_MODERN:
             return level in allowed_log_levels(request.protocol_version, request.meta)
         least = self._levels.get(_connection(request))
-        return least is not None and LEVELS.index(level) >= LEVELS.index(least)
+        return least is not None and LOG_LEVELS.index(level) >= LOG_LEVELS.index(least)
 
-    async def _subscribe(self, request: Request, params: SubscribeRequestParams) -> EmptyResult:
+    async def _subscribe(self, request: _Request, params: SubscribeRequestParams) -> EmptyResult:
         self._watched.setdefault(_connection(request), set()).add(str(params.uri))
         return EmptyResult()
 
-    async def _unsubscribe(self, request: Request, params: UnsubscribeRequestParams) -> EmptyResult:
+    async def _unsubscribe(self, request: _Request, params: UnsubscribeRequestParams) -> EmptyResult:
         self._watched.get(_connection(request), set()).discard(str(params.uri))
         return EmptyResult()
 
-    async def _set_level(self, request: Request, params: SetLevelRequestParams) -> EmptyResult:
+    async def _set_level(self, request: _Request, params: SetLevelRequestParams) -> EmptyResult:
         self._levels[_connection(request)] = params.level
         return EmptyResult()
 
 
-def _connection(request: Request) -> Connection:
+def _connection(request: _Request) -> Connection:
     """The connection of a request: the SDK makes a session for each request and shows what they share in no other way."""
     return request.session._connection  # noqa: SLF001

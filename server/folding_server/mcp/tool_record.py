@@ -7,10 +7,10 @@ from typing import Any, Literal, get_args
 from mcp.types import Icon, ToolAnnotations
 
 ToolFunction = Callable[..., Any]
-ToolSet = Literal["paper", "standard", "all"]
+ToolSelection = Literal["paper", "standard", "all"]
 """Which tools a server offers: those of the paper's agent, those and a few more, or all. Each holds the one before."""
 
-TOOL_SETS: tuple[ToolSet, ...] = get_args(ToolSet)
+TOOL_SETS: tuple[ToolSelection, ...] = get_args(ToolSelection)
 
 LOOKS = ToolAnnotations(read_only_hint=True, idempotent_hint=True, open_world_hint=False)
 """Changes nothing."""
@@ -37,7 +37,7 @@ class ToolRecord:
     title: str
     hints: ToolAnnotations
     icon: Icon
-    within: ToolSet = "all"
+    within: ToolSelection = "all"
     pictures: bool = False
 
     @property
@@ -45,7 +45,7 @@ class ToolRecord:
         """The name under which it is called."""
         return self.function.__name__
 
-    def offered(self, tool_set: ToolSet, read_only: bool) -> bool:
+    def offered(self, tool_set: ToolSelection, read_only: bool) -> bool:
         """Whether a server with this choice of tools has it."""
         in_set = TOOL_SETS.index(self.within) <= TOOL_SETS.index(tool_set)
         return in_set and (bool(self.hints.read_only_hint) or not read_only)
@@ -56,7 +56,7 @@ def tool(
     hints: ToolAnnotations,
     icon: Icon,
     *,
-    within: ToolSet = "all",
+    within: ToolSelection = "all",
     pictures: bool = False,
 ) -> Callable[[ToolFunction], ToolRecord]:
     """A decorator that makes a function a tool."""

@@ -53,4 +53,4 @@ def checkpoint_links(run_id: str, frames: Iterable[int]) -> list[ResourceLink]:
 
 
 def _link(uri: str, name: str, title: str) -> ResourceLink:
-    return ResourceLink(uri=uri, name=name, title=title, mime_type=JSON, icons=[icons.FILE])
+    return ResourceLink(uri=uri, name=name, title=title, mime_type=JSON, icons=[icons.FILE_ICON])

@@ -23,7 +23,7 @@ TOOL_META: dict[str, dict[str, Any]] = {"show_model": {"ui": {"resourceUri": PAG
 """What the list of tools says of a tool beside its schema, by the tool's name."""
 
 
-@tool("Show the model", LOOKS, icons.FILE)
+@tool("Show the model", LOOKS, icons.FILE_ICON)
 def show_model(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, ModelShown]:
     """Open a view of the run's model."""
     from folding_server.view.stops import model_shown, model_view, program_window

@@ -22,7 +22,7 @@ Number = Annotated[
 ]
 
 
-@tool("List attempts", LOOKS, icons.CHECKPOINT, within="paper", pictures=True)
+@tool("List attempts", LOOKS, icons.CHECKPOINT_ICON, within="paper", pictures=True)
 def list_attempts(
     ctx: ToolContext, frame: LaterFrame, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, AttemptList]:
@@ -38,7 +38,7 @@ def list_attempts(
     return picture_result(text, listed, drawn, images)
 
 
-@tool("Commit an attempt", SETTLES, icons.CHECKPOINT, within="paper")
+@tool("Commit an attempt", SETTLES, icons.CHECKPOINT_ICON, within="paper")
 def commit_attempt(
     ctx: ToolContext, frame: LaterFrame, attempt: Number, run_id: RunId = None
 ) -> Annotated[CallToolResult, AttemptCommitted]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Notes = Annotated[str | None, Field(description="a remark to keep with the checkpoint, in words")]
 
 
-@tool("Save a checkpoint", ADDS, icons.CHECKPOINT, within="paper")
+@tool("Save a checkpoint", ADDS, icons.CHECKPOINT_ICON, within="paper")
 def save_checkpoint(
     ctx: ToolContext, frame: Frame, notes: Notes = None, run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointSaved]:
@@ -51,7 +51,7 @@ def save_checkpoint(
     return call_tool_result(f"Saved frame {frame}. {next_step(run)}", saved, *links)
 
 
-@tool("Restore a checkpoint", GIVES_UP, icons.CHECKPOINT, within="paper")
+@tool("Restore a checkpoint", GIVES_UP, icons.CHECKPOINT_ICON, within="paper")
 def restore_checkpoint(
     ctx: ToolContext, frame: Frame, run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointRestored]:
@@ -70,7 +70,7 @@ def restore_checkpoint(
     )
 
 
-@tool("Read a checkpoint", LOOKS, icons.CHECKPOINT, within="paper")
+@tool("Read a checkpoint", LOOKS, icons.CHECKPOINT_ICON, within="paper")
 def get_checkpoint_state(
     ctx: ToolContext, frame: Frame, run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointState]:
@@ -82,7 +82,7 @@ def get_checkpoint_state(
     return call_tool_result(text, saved, *checkpoint_links(run.run_id, [frame]))
 
 
-@tool("Show all checkpoints", LOOKS, icons.CHECKPOINT, within="paper", pictures=True)
+@tool("Show all checkpoints", LOOKS, icons.CHECKPOINT_ICON, within="paper", pictures=True)
 def generate_checkpoint_overview(
     ctx: ToolContext, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointOverview]:

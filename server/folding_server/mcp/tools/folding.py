@@ -21,37 +21,37 @@ from folding_server.store.views import RunView
 _Answer = Annotated[CallToolResult, ActionResult]
 
 
-@tool("Add a vertex", ADDS, icons.ACTION, within="paper")
+@tool("Add a vertex", ADDS, icons.ACTION_ICON, within="paper")
 def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> _Answer:
     """Subdivide an edge."""
     return _act(ctx, run_id, actions.AddVertex(edge=edge, position=position))
 
 
-@tool("Fold", ADDS, icons.ACTION, within="paper")
+@tool("Fold", ADDS, icons.ACTION_ICON, within="paper")
 def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> _Answer:
     """Fold along the line through two vertices."""
     return _act(ctx, run_id, actions.Fold(edge=edge, direction=direction))
 
 
-@tool("Unfold", ADDS, icons.ACTION, within="paper")
+@tool("Unfold", ADDS, icons.ACTION_ICON, within="paper")
 def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> _Answer:
     """Open a fold again."""
     return _act(ctx, run_id, actions.Unfold(edge=edge))
 
 
-@tool("Rotate the model", ADDS, icons.ACTION, within="paper")
+@tool("Rotate the model", ADDS, icons.ACTION_ICON, within="paper")
 def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> _Answer:
     """Turn the model in the plane."""
     return _act(ctx, run_id, actions.Rotate(angle=angle))
 
 
-@tool("Turn the model over", ADDS, icons.ACTION, within="paper")
+@tool("Turn the model over", ADDS, icons.ACTION_ICON, within="paper")
 def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> _Answer:
     """Turn the model over."""
     return _act(ctx, run_id, actions.Flip(axis=axis))
 
 
-@tool("Undo the last action", GIVES_UP, icons.ACTION, within="standard")
+@tool("Undo the last action", GIVES_UP, icons.ACTION_ICON, within="standard")
 def undo(ctx: ToolContext, run_id: RunId = None) -> _Answer:
     """Take back the last action."""
     app = app_context(ctx)

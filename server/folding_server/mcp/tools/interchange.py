@@ -22,7 +22,7 @@ Format = Annotated[
 ]
 
 
-@tool("Export the model", LOOKS, icons.FILE, within="standard", pictures=True)
+@tool("Export the model", LOOKS, icons.FILE_ICON, within="standard", pictures=True)
 def export_state(
     ctx: ToolContext,
     format: Format,  # noqa: A002 - the argument's name on the wire

@@ -26,7 +26,7 @@ Most = Annotated[
 ]
 
 
-@tool("List sequences", LOOKS, icons.RUN, within="paper")
+@tool("List sequences", LOOKS, icons.RUN_ICON, within="paper")
 def list_sequences(ctx: ToolContext) -> Annotated[CallToolResult, SequenceList]:
     """List the sequences that can be opened."""
     found = sequence_list(app_context(ctx))
@@ -46,7 +46,7 @@ def sequence_list(app: AppContext) -> SequenceList:
     return SequenceList(sequences=infos, problems=app.library.problems())
 
 
-@tool("Open a run", ADDS, icons.RUN, within="paper")
+@tool("Open a run", ADDS, icons.RUN_ICON, within="paper")
 def open_run(
     ctx: ToolContext, sequence: OptionalSequence = None, run_id: ResumedId = None
 ) -> Annotated[CallToolResult, RunInfo]:
@@ -58,7 +58,7 @@ def open_run(
     return call_tool_result(f"{verb} run {run.run_id} {about}. {next_step(run)}", run_info(run))
 
 
-@tool("List runs", LOOKS, icons.RUN, within="paper")
+@tool("List runs", LOOKS, icons.RUN_ICON, within="paper")
 def list_runs(ctx: ToolContext, count: Most = 20) -> Annotated[CallToolResult, RunList]:
     """List the runs that can be taken up again, newest first."""
     app = app_context(ctx)
@@ -80,7 +80,7 @@ def _runs_in_words(found: RunList, *, shared: bool) -> str:
     return "\n".join([*lines, "There are older ones."] if found.more else lines)
 
 
-@tool("Show a run", LOOKS, icons.RUN, within="paper")
+@tool("Show a run", LOOKS, icons.RUN_ICON, within="paper")
 def get_run(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, RunInfo]:
     """Show where a run stands."""
     run = app_context(ctx).run(run_id)

@@ -36,7 +36,7 @@ AttemptNumber = Annotated[
 ]
 
 
-@tool("Gather evidence for a critic", LOOKS, icons.CHECK, pictures=True)
+@tool("Gather evidence for a critic", LOOKS, icons.CHECK_ICON, pictures=True)
 def critic_grid(
     ctx: ToolContext, frame: LaterFrame, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, CriticGrid]:
@@ -81,7 +81,7 @@ def _check_grown_from(run: RunView, frame: int) -> None:
         )
 
 
-@tool("Compare with a frame", LOOKS, icons.CHECK, within="standard", pictures=True)
+@tool("Compare with a frame", LOOKS, icons.CHECK_ICON, within="standard", pictures=True)
 def compare_to_frame(
     ctx: ToolContext,
     frame: Frame,
@@ -121,7 +121,7 @@ def _overlay(
     yield AnswerPicture(encode_for_model(draw_overlay(paper, seen, match, outlines=outlines)), meta)
 
 
-@tool("Check flat-foldability", LOOKS, icons.CHECK)
+@tool("Check flat-foldability", LOOKS, icons.CHECK_ICON)
 def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
     """Check whether the crease pattern can be folded flat."""
     from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads OR-Tools)

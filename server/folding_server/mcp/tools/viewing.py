@@ -18,7 +18,7 @@ from folding_server.simulator import folded_state
 Labels = Annotated[bool, Field(description="true to write the vertex ids in")]
 
 
-@tool("View a frame", LOOKS, icons.PHOTO, within="paper", pictures=True)
+@tool("View a frame", LOOKS, icons.PHOTO_ICON, within="paper", pictures=True)
 def view_frame(
     ctx: ToolContext, frame: Frame, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, FrameView]:
@@ -31,7 +31,7 @@ def view_frame(
     return picture_result(f"{photo.caption}.", view, [shown], images)
 
 
-@tool("Observe the movement", LOOKS, icons.PHOTO, within="paper", pictures=True)
+@tool("Observe the movement", LOOKS, icons.PHOTO_ICON, within="paper", pictures=True)
 def observe_movement(
     ctx: ToolContext, frame: LaterFrame, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, MovementView]:
@@ -44,7 +44,7 @@ def observe_movement(
     return picture_result(f"{strip.caption}.", view, [shown], images)
 
 
-@tool("Read the current state", LOOKS, icons.PHOTO, within="paper")
+@tool("Read the current state", LOOKS, icons.PHOTO_ICON, within="paper")
 def get_current_state(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, StateView]:
     """Give the current state as numbers."""
     app = app_context(ctx)
@@ -54,7 +54,7 @@ def get_current_state(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallT
     return call_tool_result(text, StateView(run_id=run.run_id, state=state))
 
 
-@tool("Draw the current state", LOOKS, icons.PHOTO, within="paper", pictures=True)
+@tool("Draw the current state", LOOKS, icons.PHOTO_ICON, within="paper", pictures=True)
 def render_current(
     ctx: ToolContext, labels: Labels = False, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, RenderView]:

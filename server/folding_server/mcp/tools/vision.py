@@ -21,7 +21,7 @@ Count = Annotated[
 ]
 
 
-@tool("Propose actions", LOOKS, icons.CHECK)
+@tool("Propose actions", LOOKS, icons.CHECK_ICON)
 def propose_actions(
     ctx: ToolContext, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:
