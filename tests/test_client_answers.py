@@ -106,3 +106,15 @@ def test_a_film_is_left_out_once_the_paper_has_moved() -> None:
     )
     assert seen.pictures == ()
     assert "since the paper has moved" in seen.text
+
+
+def test_the_data_of_an_answer_with_pictures_is_the_json_in_its_text() -> None:
+    kept = tool_result(answer("The frame.", '{"a": 1}', data=None, meta={}), "view_frame")
+    assert (kept.summary, kept.data, len(kept.pictures)) == ("The frame.", {"a": 1}, 1)
+    assert kept.text == 'The frame.\n{"a":1}'
+
+
+def test_pictures_of_a_server_that_states_no_data_have_none() -> None:
+    for texts in ((), ("A picture.",), ("A list.", "[1]")):
+        kept = tool_result(answer(*texts, data=None, meta={}), "look")
+        assert (kept.data, kept.text) == (None, "\n".join(texts))

@@ -10,7 +10,8 @@ import pytest
 from folding_server.mcp.catalogue import RECORDS, tools
 from folding_server.mcp.tool_record import ToolSelection
 from host_rules import Schema, codex, gemini, openai_strict, vs_code
-from hosts import Host, data_of, images_of, in_memory, text_of
+from hosts import Host, data_of, images_of, in_memory, stdio, text_of
+from mcp import Client
 from mcp.types import CallToolResult, ImageContent, TextContent
 from mcp.types import Tool as ListedTool
 from photographed import photos
@@ -223,6 +224,13 @@ class TestList:
         assert "undo" in standard - paper
         assert "propose_actions" in everything - standard
         assert {"open_run", "list_runs", "commit_attempt"} <= paper
+
+    async def test_the_command_line_chooses_the_tools(self, tmp_path: Path) -> None:
+        command = stdio(tmp_path)
+        command.args += ["--tools", "paper", "--read-only"]
+        async with Client(command) as client:
+            offered = {tool.name for tool in (await client.list_tools()).tools}
+        assert offered == {tool.name for tool in tools("paper", read_only=True)}
 
     async def test_a_read_only_server_offers_and_carries_out_no_change(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path) as host:
