@@ -8,7 +8,7 @@ from folding_schemas.actions import Action
 from folding_server.errors import RunError
 from folding_server.store import rules
 from folding_server.store.database import Transaction
-from folding_server.store.run_events import Acted, Committed, Opened, Restored, RunEvent, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, RunEvent, Opened, Restored, Saved, Undone
 from folding_server.store.views import RunView, step
 
 
@@ -63,8 +63,9 @@ class Change:
             require_same_call(self._recorded, event)
         else:
             rules.check_event(self.view, event)
-            self._transaction.append(self.view.run_id, event)
         self.after = step(self.view, self._recorded or event)
+        if self._recorded is None:
+            self._transaction.append(self.after, event)
         return self.after
 
 
