@@ -9,8 +9,8 @@ from uuid import uuid4
 import pytest
 from direct_store import DirectStore
 from folding_schemas.actions import Rotate
-from folding_server.errors import RunError
-from folding_server.store.limits import OwnerLimits
+from folding_server.errors import ActionRefused, FoldingError, RunError
+from folding_server.store.limits import OwnerLimits, parse_limits
 from postgresql import empty_database
 
 
@@ -88,9 +88,14 @@ def test_a_list_tells_how_far_each_run_is(store: DirectStore) -> None:
 def test_a_refused_change_leaves_the_list_as_it_was(store: DirectStore) -> None:
     run_id = store.create().run_id
     before = store.list_runs()
-    with pytest.raises(ZeroDivisionError), store.change(run_id) as change:
-        change.act(Rotate(angle=1))
-        raise ZeroDivisionError
+
+    def act_and_fail() -> None:
+        with store.change(run_id) as change:
+            change.act(Rotate(angle=1))
+            raise ActionRefused
+
+    with pytest.raises(ActionRefused):
+        act_and_fail()
     assert store.list_runs() == before
 
 
@@ -165,3 +170,19 @@ def test_vision_seconds_counted_at_once_are_all_counted(url: str) -> None:
             list(pool.map(count, range(8)))
         with pytest.raises(RunError, match="8 seconds for ada"):
             second.check_vision("ada")
+
+
+def test_limits_are_read_from_what_the_command_is_given() -> None:
+    assert parse_limits([]) == OwnerLimits()
+    given = ["runs=100", "megabytes=0.5", "vision-seconds=600"]
+    assert parse_limits(given) == OwnerLimits(runs=100, bytes=500_000, vision_seconds=600)
+
+
+@pytest.mark.parametrize(
+    "text", ["runs", "runs=", "runs=1.5", "runs=-1", "megabytes=inf", "vision-seconds=nan", "hats=1"]
+)
+def test_a_limit_that_is_none_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(
+        FoldingError, match=f"The limit '{text}' is not possible; give runs, megabytes or vision-seconds"
+    ):
+        parse_limits([text])

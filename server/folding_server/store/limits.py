@@ -1,8 +1,10 @@
 """How much an owner may have on a server: runs, what they take up, and the time of the vision tools."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from folding_server.errors import RunError
+from folding_server.errors import FoldingError, RunError
 
 BYTES_PER_MEGABYTE = 1_000_000
 
@@ -46,3 +48,30 @@ class OwnerLimits:
 
 NO_LIMITS = OwnerLimits()
 """What holds where nothing is said: as much as the disk takes."""
+
+_LIMITS = ("runs", "megabytes", "vision-seconds")
+
+
+def parse_limits(given: Iterable[str]) -> OwnerLimits:
+    """The limits that texts such as ``runs=100``, ``megabytes=50`` and ``vision-seconds=600`` set. FoldingError for others."""
+    numbers = dict(_limit(text) for text in given)
+    runs, megabytes = numbers.get("runs"), numbers.get("megabytes")
+    return OwnerLimits(
+        runs=None if runs is None else int(runs),
+        bytes=None if megabytes is None else int(megabytes * BYTES_PER_MEGABYTE),
+        vision_seconds=numbers.get("vision-seconds"),
+    )
+
+
+def _limit(text: str) -> tuple[str, float]:
+    name, _, number = text.partition("=")
+    try:
+        most = float(number)
+    except ValueError:
+        most = math.nan
+    if name not in _LIMITS or not 0 <= most < math.inf or (name == "runs" and most != int(most)):
+        raise FoldingError(
+            f"The limit {text!r} is not possible; give {', '.join(_LIMITS[:-1])} or {_LIMITS[-1]}, an equals sign and a "
+            "number that is not negative, such as runs=100."
+        )
+    return name, most
