@@ -25,6 +25,7 @@ from sqlalchemy import (
     Engine,
     QueuePool,
     Row,
+    bindparam,
     create_engine,
     event,
     insert,
@@ -72,6 +73,15 @@ def database_url(folder: Path) -> str:
     return URL.create("sqlite", database=str(folder / DATABASE_NAME)).render_as_string()
 
 
+_EVENTS_FROM = (
+    select(EVENTS)
+    .where(EVENTS.c.run_id == bindparam("run"), EVENTS.c.seq >= bindparam("first"))
+    .order_by(EVENTS.c.seq)
+)
+_ADD_EVENT = insert(EVENTS)
+"""Made once, since every change of a run waits for them."""
+
+
 class Transaction:
     """Reads and adds events within one transaction of an ``EventTable``, on its ``connection``."""
 
@@ -80,8 +90,7 @@ class Transaction:
 
     def events(self, run_id: str, first: int = 1) -> list[RunEvent]:
         """The run's events from number ``first`` on, in order. Raises RunError if one cannot be read."""
-        query = select(EVENTS).where(EVENTS.c.run_id == run_id, EVENTS.c.seq >= first).order_by(EVENTS.c.seq)
-        return [_event(row) for row in self.connection.execute(query)]
+        return [_event(row) for row in self.connection.execute(_EVENTS_FROM, {"run": run_id, "first": first})]
 
     def holds(self, run_id: str) -> bool:
         """Whether there is a first event of this run."""
@@ -114,7 +123,7 @@ class Transaction:
             "payload": payload,
             "request_id": added.request_id,
         }
-        self.connection.execute(insert(EVENTS), row)
+        self.connection.execute(_ADD_EVENT, row)
         size = len(payload.encode())
         if added.seq == 1:
             owners.add_run(self.connection, after, size, owner)

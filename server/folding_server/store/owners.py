@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, func, insert, select, tuple_, update
+from sqlalchemy import Connection, Row, bindparam, func, insert, select, tuple_, update
 
 from folding_server.store.schema import RUNS, VISION
 from folding_server.store.views import RunView
@@ -47,10 +47,22 @@ def change_run(connection: Connection, view: RunView, size: int) -> None:
 
     A run without a row was opened by a server of an earlier version beside this one; it gets one.
     """
-    grown = {**_progress(view), RUNS.c.bytes.name: RUNS.c.bytes + size}
-    changed = connection.execute(update(RUNS).where(RUNS.c.run_id == view.run_id).values(grown))
+    changed = connection.execute(_CHANGE, {"which": view.run_id, "more": size, **_progress(view)})
     if not changed.rowcount:
         add_run(connection, view, size, None)
+
+
+_CHANGE = (
+    update(RUNS)
+    .where(RUNS.c.run_id == bindparam("which"))
+    .values(
+        changed=bindparam("changed"),
+        events=bindparam("events"),
+        saved=bindparam("saved"),
+        bytes=RUNS.c.bytes + bindparam("more"),
+    )
+)
+"""Made once, since every change of a run waits for it."""
 
 
 def _progress(view: RunView) -> dict[str, Any]:
