@@ -24,6 +24,9 @@ from folding_server.store.run_store import RunStore
 LONGEST_SECONDS = 0.5
 """The latest moment of a kill, after the run was opened: a few dozen calls."""
 
+TOLD_EVERY = 10
+"""Kills after which a line on stderr says how far it is."""
+
 PROTOCOL = "2025-06-18"
 """A version of the protocol with sessions, in which a call is one line."""
 
@@ -60,12 +63,18 @@ def main() -> None:
 
 
 def kill_often(url: str, kills: int, seed: int) -> dict[str, Any]:
-    """How many kills, calls answered, calls carried out and not answered, and a sentence for each fault."""
-    answered, faults = [], []
+    """How many kills, calls answered, calls carried out and not answered, and a sentence for each fault.
+
+    Tells on stderr how far it is.
+    """
+    answered: list[Answered] = []
+    faults: list[str] = []
     for number in range(kills):
         answered.append(work_until_killed(url, random.Random(f"{seed}/{number}")))
         with RunStore(url) as store:
             faults += faults_in(store, answered[-1])
+        if (number + 1) % TOLD_EVERY == 0:
+            sys.stderr.write(f"kills: {number + 1} of {kills}, {len(faults)} faults\n")
     with RunStore(url) as store:
         found = {run.run_id: run.events - 1 for run in store.list_runs()}
         faults += [fault for each in answered for fault in faults_in(store, each)]
