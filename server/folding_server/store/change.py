@@ -8,7 +8,7 @@ from folding_schemas.actions import Action
 from folding_server.errors import RunError
 from folding_server.store import rules
 from folding_server.store.database import Transaction
-from folding_server.store.run_events import Acted, Committed, RunEvent, Opened, Restored, Saved, Undone
+from folding_server.store.run_events import Acted, Committed, Opened, Restored, RunEvent, Saved, Undone
 from folding_server.store.views import RunView, step
 
 

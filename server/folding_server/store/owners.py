@@ -28,7 +28,7 @@ class RunSummary:
     owner: str | None
 
 
-class Usage(NamedTuple):
+class OwnedRuns(NamedTuple):
     """How many runs an owner has, and how many bytes their events take up."""
 
     runs: int
@@ -117,11 +117,11 @@ _OWNER_LOCK = 0x464F4C44
 """The space of the advisory locks of owners ("FOLD" in ASCII); it has nothing to do with locks of one number."""
 
 
-def stored_by(connection: Connection, owner: str) -> Usage:
+def stored_by(connection: Connection, owner: str) -> OwnedRuns:
     """What the owner has, counted."""
     query = select(func.count(), func.coalesce(func.sum(RUNS.c.bytes), 0)).where(RUNS.c.owner == owner)
     runs, size = connection.execute(query).one()
-    return Usage(runs, int(size))
+    return OwnedRuns(runs, int(size))
 
 
 def vision_seconds(connection: Connection, owner: str, day: str) -> float:

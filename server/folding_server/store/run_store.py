@@ -17,7 +17,7 @@ from folding_server.store.change import Change, other_call, require_same_call
 from folding_server.store.database import EventTable, Requested, Taken, Transaction, database_url
 from folding_server.store.limits import NO_LIMITS, OwnerLimits
 from folding_server.store.owners import RunSummary
-from folding_server.store.run_events import RunEvent, Opened
+from folding_server.store.run_events import Opened, RunEvent
 from folding_server.store.run_ids import is_run_id, new_run_id
 from folding_server.store.views import RecordDamaged, RunView, fold_events, opened_view, step
 
