@@ -3,7 +3,7 @@
 A run of ``--events`` events in a SQLite file (WAL, synchronous = FULL) is loaded and acted on with the
 store's kept views and, in the same process and alternating with it, by a store that has forgotten them. All
 times are in milliseconds; ``bare commit`` is one equally durable SQLite insert on an open connection, for
-comparison.
+comparison. Opening the database and listing a page of its runs are measured with a few and with ``--runs`` runs stored.
 """
 
 import argparse
@@ -19,10 +19,14 @@ from pathlib import Path
 from uuid import uuid4
 
 from folding_schemas.actions import Rotate
+from folding_server.store.database import DATABASE_NAME
 from folding_server.store.run_store import RunStore
 from folding_server.store.views import RunView
 
 ACTIONS_PER_FRAME = 20
+FEW_RUNS = 10
+PAGE = 50
+"""Runs in a page of the list."""
 
 
 def main() -> None:
@@ -30,10 +34,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--events", type=int, default=2000, help="events in the run (default 2000)")
     parser.add_argument("--calls", type=int, default=40, help="calls measured of each kind (default 40)")
+    parser.add_argument("--runs", type=int, default=10_000, help="runs stored for the list (default 10000)")
     parser.add_argument("--data", type=Path, help="measure in this folder (default: a temporary one)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=options.data) as folder:
         figures = measure(Path(folder), options.events, options.calls)
+        for runs in (FEW_RUNS, options.runs):
+            figures[f"milliseconds with {runs} runs"] = listing(Path(folder) / str(runs), runs, options.calls)
     json.dump(figures, sys.stdout, indent=2)
     sys.stdout.write("\n")
 
@@ -55,6 +62,50 @@ def measure(folder: Path, events: int, calls: int) -> dict[str, object]:
             "calls": calls,
             "milliseconds": {name: summary(times) for name, times in samples.items()},
         }
+
+
+def listing(folder: Path, runs: int, calls: int) -> dict[str, dict[str, float]]:
+    """Times in milliseconds of opening a database with this many runs, of four owners, and of listing its newest and oldest."""
+    with RunStore.in_folder(folder) as store:
+        oldest = store.create(owner="owner0").run_id
+    fill(folder / DATABASE_NAME, oldest, runs - 1)
+    samples: dict[str, list[float]] = {}
+    for _ in range(calls):
+        samples.setdefault("open", []).append(milliseconds(lambda: RunStore.in_folder(folder).close()))
+        with RunStore.in_folder(folder) as store:
+            for name, call in listings(store).items():
+                samples.setdefault(name, []).append(milliseconds(call))
+    return {name: summary(times) for name, times in samples.items()}
+
+
+def listings(store: RunStore) -> dict[str, Callable[[], object]]:
+    """The lists to measure, by name."""
+    last = store.list_runs()[-2].run_id
+    return {
+        "newest of all": lambda: store.list_runs(None, PAGE),
+        "newest of an owner": lambda: store.list_runs("owner0", PAGE),
+        "oldest of all": lambda: store.list_runs(None, PAGE, last),
+        "create": lambda: store.create(owner="owner0"),
+    }
+
+
+def fill(database: Path, run_id: str, copies: int) -> None:
+    """Add copies of a run under other ids, opened later, by four owners in turn."""
+    connection = sqlite3.connect(database)
+    numbered = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < ?) INSERT INTO"
+    opened = "printf('20990101-000000-%010d', i)"
+    time_of = "strftime('%Y-%m-%dT%H:%M:%S.000000+00:00', '2099-01-01', i || ' seconds')"
+    with closing(connection), connection:
+        connection.execute(
+            f"{numbered} folding_events SELECT {opened}, seq, format, {time_of}, kind, payload, NULL "  # noqa: S608
+            "FROM n, folding_events WHERE run_id = ?",
+            (copies, run_id),
+        )
+        connection.execute(
+            f"{numbered} folding_runs SELECT {opened}, 'owner' || (i % 4), sequence, frames, {time_of}, {time_of}, "  # noqa: S608
+            "events, saved, bytes FROM n, folding_runs WHERE run_id = ?",
+            (copies, run_id),
+        )
 
 
 def long_run(store: RunStore, events: int) -> RunView:

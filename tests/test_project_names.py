@@ -20,6 +20,9 @@ SERVER, CLIENT = "server/folding_server", "client/folding_client"
 Places = Mapping[str, frozenset[str]]
 """Name -> the files that define it."""
 
+MIGRATIONS = frozenset(
+    f"{SERVER}/store/migrations/versions/{step}.py" for step in ("events", "request_ids", "runs_and_owners")
+)
 TOOLS, SIMULATOR = f"{SERVER}/mcp/tools/folding.py", f"{SERVER}/simulator"
 COMMANDS = frozenset({f"{SERVER}/cli.py", f"{CLIENT}/cli.py"})
 NAMES_ALIKE: Places = {
@@ -36,6 +39,10 @@ NAMES_ALIKE: Places = {
     # Each of the two commands is one application with one entry.
     "app": COMMANDS,
     "main": COMMANDS,
+    # What alembic looks for in each step from a version of the tables to the next.
+    "down_revision": MIGRATIONS,
+    "revision": MIGRATIONS,
+    "upgrade": MIGRATIONS,
     # Called by the names of their modules: what they give the server.
     "register": frozenset({f"{SERVER}/mcp/prompts.py", f"{SERVER}/mcp/resources.py"}),
 }

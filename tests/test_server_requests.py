@@ -140,8 +140,8 @@ async def test_calls_with_unknown_run_ids_leave_nothing_behind(tmp_path: Path) -
         try:
             await call_often(host, 20)
             before = bytes_in_use()
-            await call_often(host, 150)
+            await call_often(host, 450)  # sqlite3 keeps up to 200 cursors until it looks them over
             after = bytes_in_use()
         finally:
             tracemalloc.stop()
-    assert (after - before) / 300 < MOST_BYTES_OF_A_CALL
+    assert (after - before) / 900 < MOST_BYTES_OF_A_CALL

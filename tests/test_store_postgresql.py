@@ -1,10 +1,8 @@
 """The store on a database that locks rows and not files.
 
-What is said to PostgreSQL is compared as text. With ``FOLDINGAGENT_TEST_DATABASE`` set to the URL of an empty PostgreSQL
-database that may be written to (postgresql+psycopg://...), the store works on it.
+``postgresql`` says how the server starts, or where another is named.
 """
 
-import os
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -16,12 +14,10 @@ from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
 from folding_server.store.schema import EVENTS, REQUESTS, bring_up_to_date
 from folding_server.store.views import RunView
+from postgresql import database
 from sqlalchemy import create_engine, inspect
 from sqlalchemy.dialects import postgresql
 from sqlalchemy.schema import CreateColumn, CreateIndex
-
-URL = os.environ.get("FOLDINGAGENT_TEST_DATABASE", "")
-needs_postgresql = pytest.mark.skipif(not URL, reason="FOLDINGAGENT_TEST_DATABASE names no database")
 
 
 def test_the_new_column_and_its_index_are_plain_sql() -> None:
@@ -33,16 +29,19 @@ def test_the_new_column_and_its_index_are_plain_sql() -> None:
 
 
 @pytest.fixture
-def stores() -> Iterator[tuple[DirectStore, DirectStore]]:
+def url() -> Iterator[str]:
+    """An empty database."""
+    with database() as url:
+        yield url
+
+
+@pytest.fixture
+def stores(url: str) -> Iterator[tuple[DirectStore, DirectStore]]:
     """Two stores on an empty database, as two servers have them."""
-    engine = create_engine(URL)
-    EVENTS.drop(engine, checkfirst=True)
-    engine.dispose()
-    with DirectStore(URL) as first, DirectStore(URL) as second:
+    with DirectStore(url) as first, DirectStore(url) as second:
         yield first, second
 
 
-@needs_postgresql
 def test_threads_of_two_servers_lose_and_repeat_nothing(stores: tuple[DirectStore, DirectStore]) -> None:
     run_id = stores[0].create().run_id
 
@@ -55,7 +54,6 @@ def test_threads_of_two_servers_lose_and_repeat_nothing(stores: tuple[DirectStor
     assert stores[0].load(run_id) == stores[1].load(run_id)
 
 
-@needs_postgresql
 def test_one_request_at_two_servers_is_carried_out_once(stores: tuple[DirectStore, DirectStore]) -> None:
     opening, acting = str(uuid4()), str(uuid4())
     barrier = threading.Barrier(8)
@@ -73,7 +71,6 @@ def test_one_request_at_two_servers_is_carried_out_once(stores: tuple[DirectStor
     assert stores[1].load(answers[0][0].run_id).seq == 2
 
 
-@needs_postgresql
 def test_a_refusal_takes_the_event_back(stores: tuple[DirectStore, DirectStore]) -> None:
     run_id = stores[0].create().run_id
     with pytest.raises(RunError, match="no action to undo"):
@@ -81,19 +78,20 @@ def test_a_refusal_takes_the_event_back(stores: tuple[DirectStore, DirectStore])
     assert stores[0].load(run_id).seq == 1
 
 
-@needs_postgresql
 def test_the_table_of_the_version_before_is_taken_over_by_many_at_once(
-    stores: tuple[DirectStore, DirectStore],
+    url: str,
 ) -> None:
-    run_id = stores[0].act(stores[0].create().run_id, Rotate(angle=1)).run_id
-    engine = create_engine(URL)
+    with DirectStore(url) as store:
+        run_id = store.act(store.create().run_id, Rotate(angle=1)).run_id
+    engine = create_engine(url)
     with engine.begin() as connection:
+        connection.exec_driver_sql("DROP TABLE folding_version, folding_runs, folding_vision")
         connection.exec_driver_sql("ALTER TABLE folding_events DROP COLUMN request_id")
     barrier = threading.Barrier(4)
 
     def open_and_act(_number: int) -> int:
         barrier.wait()
-        with DirectStore(URL) as store:
+        with DirectStore(url) as store:
             return store.act(run_id, Rotate(angle=1), str(uuid4())).seq
 
     with ThreadPoolExecutor(4) as pool:
@@ -105,12 +103,11 @@ def test_the_table_of_the_version_before_is_taken_over_by_many_at_once(
     engine.dispose()
 
 
-@needs_postgresql
 def test_what_is_up_to_date_is_left_alone_while_another_writes(
-    stores: tuple[DirectStore, DirectStore],
+    url: str, stores: tuple[DirectStore, DirectStore]
 ) -> None:
     """A server starts without waiting for one that is in the middle of a change."""
-    engine = create_engine(URL, connect_args={"options": "-c lock_timeout=1000"})
+    engine = create_engine(url, connect_args={"options": "-c lock_timeout=1000"})
     with stores[0].change(stores[0].create().run_id) as change, engine.begin() as connection:
         change.act(Rotate(angle=1))
         bring_up_to_date(connection)

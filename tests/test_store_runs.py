@@ -404,9 +404,10 @@ def test_impossible_openings_are_refused(store: DirectStore, opening: dict[str, 
     assert store.list_runs() == []
 
 
-def test_runs_are_listed_oldest_first_with_what_happened(store: DirectStore, run_id: str) -> None:
+def test_runs_are_listed_newest_first_with_what_happened(store: DirectStore, run_id: str) -> None:
     free = store.create()
     listed = {run.run_id: (run.sequence, run.events) for run in store.list_runs()}
     assert listed == {run_id: ("cat", 2), free.run_id: (None, 1)}
+    assert list(listed) == [free.run_id, run_id]
     assert [event.kind for event in store.history(run_id)] == ["opened", "saved"]
     assert store.exists(run_id)

@@ -63,6 +63,14 @@ ToolsOffered = Annotated[
 ]
 ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
 
+Limit = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=N",
+        help="The most that each owner of tokens may have: runs, megabytes, or vision-seconds a day; may be repeated.",
+    ),
+]
+
 
 def _show_version(wanted: bool) -> None:
     """Print the version and end."""
@@ -128,12 +136,14 @@ def serve(
     token_file: TokenFile = None,
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
+    limit: Limit = None,
     _version: _Version = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:
         return
     from folding_server.mcp.context import AppContext, ServerSettings
+    from folding_server.store.limits import parse_limits
 
     for folder in sequences or ():
         if not folder.is_dir():
@@ -142,6 +152,8 @@ def serve(
         raise typer.BadParameter(
             "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
         )
+    if limit and token_file is None:
+        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data, database)
     settings = ServerSettings(
@@ -151,6 +163,7 @@ def serve(
         shared=http is not None,
         tool_set=tools,
         read_only=read_only,
+        limits=parse_limits(limit or ()),
     )
     with AppContext(settings) as app:
         if http is None:

@@ -3,6 +3,7 @@
 It finds the run that a call means, and the paper and the photos that go with it.
 """
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,13 +21,16 @@ from folding_server.mcp.services.observer_cache import ObserverCache
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
+from folding_server.store.limits import NO_LIMITS, OwnerLimits
 from folding_server.store.rules import check_same_sequence
 
 if TYPE_CHECKING:
     from folding_server.frames.sequences import Library, Sequence
     from folding_server.store.change import Change
-    from folding_server.store.run_store import RunStore, RunSummary
+    from folding_server.store.owners import RunSummary
+    from folding_server.store.run_store import RunStore
     from folding_server.store.views import RunView
+    from folding_server.vision.seeing import Eyes
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,8 @@ class ServerSettings:
 
     ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
     are served from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process:
-    then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered.
+    then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
+    each owner of tokens.
     """
 
     data: Path
@@ -44,6 +49,7 @@ class ServerSettings:
     shared: bool = False
     tool_set: ToolSelection = "all"
     read_only: bool = False
+    limits: OwnerLimits = NO_LIMITS
 
 
 class AppContext:
@@ -69,8 +75,8 @@ class AppContext:
 
         with self._guard:
             if self._store is None:
-                url = self.settings.database
-                self._store = RunStore(url) if url else RunStore.in_folder(self.settings.data)
+                url, limits = self.settings.database, self.settings.limits
+                self._store = RunStore(url, limits) if url else RunStore.in_folder(self.settings.data, limits)
             return self._store
 
     @property
@@ -97,7 +103,9 @@ class AppContext:
         if sequence is None:
             free = colors_of(None, None)
             return self._open(
-                self.store.create(front_color=free.front, back_color=free.back, request_id=request_id)
+                self.store.create(
+                    front_color=free.front, back_color=free.back, request_id=request_id, owner=caller()
+                )
             )
         photos = self.library.open(sequence)
         colors = colors_of(photos.front_color, photos.back_color)
@@ -108,6 +116,7 @@ class AppContext:
             front_color=colors.front,
             back_color=colors.back,
             request_id=request_id,
+            owner=caller(),
         )
         check_same_sequence(run, photos.fingerprint())
         return self._open(run)
@@ -117,7 +126,7 @@ class AppContext:
 
         RunError if there is none, or it is of another sequence, or its photos have changed.
         """
-        run = self.store.load(run_id)
+        run = self.run(run_id)
         if sequence is not None and sequence != run.sequence:
             kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
             raise RunError(f"Run {run_id} is {kind}, not of {sequence!r}; leave sequence out to resume it.")
@@ -154,14 +163,28 @@ class AppContext:
         return self.replays.after(run.sheet, run.actions)
 
     def list_runs(self, limit: int, before: str | None = None) -> "list[RunSummary]":
-        """A page of the runs, newest first; those after run ``before``.
+        """A page of the caller's own runs, or of all where callers have no tokens, newest first.
 
-        None to a caller with a token, as runs have no owners yet.
+        Those after run ``before``; RunError if there is no such run.
         """
-        if caller() is not None:
-            return []
-        runs = [each for each in reversed(self.store.list_runs()) if before is None or each.run_id < before]
-        return runs[:limit]
+        return self.store.list_runs(caller(), limit, before)
+
+    @contextmanager
+    def observing(self, photos: "Sequence") -> Iterator["Eyes"]:
+        """The eyes for a sequence, for this caller alone; the time this thread computes meanwhile counts for its owner.
+
+        RunError if the owner has used up today's.
+        """
+        owner = caller()
+        if owner is not None:
+            self.store.check_vision(owner)
+        begun = time.thread_time()
+        try:
+            with self.observers.on(photos) as eyes:
+                yield eyes
+        finally:
+            if owner is not None:
+                self.store.add_vision(owner, time.thread_time() - begun)
 
     def sequence(self, run: "RunView") -> "Sequence":
         """The photos of a run. RunError for a free fold."""
@@ -191,8 +214,12 @@ class AppContext:
         return run
 
     def _named(self, run_id: str | None) -> str:
-        """The run id given, or that of the run opened last in this process. RunError where that says nothing."""
+        """The run id given, or that of the run opened last in this process.
+
+        RunError where that says nothing, and where the run belongs to another than the caller.
+        """
         if run_id is not None:
+            self.store.require_owner(run_id, caller())
             return run_id
         if self.settings.shared:
             raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")

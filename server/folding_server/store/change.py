@@ -63,8 +63,9 @@ class Change:
             require_same_call(self._recorded, event)
         else:
             rules.check_event(self.view, event)
-            self._transaction.append(self.view.run_id, event)
         self.after = step(self.view, self._recorded or event)
+        if self._recorded is None:
+            self._transaction.append(self.after, event)
         return self.after
 
 

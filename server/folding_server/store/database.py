@@ -1,4 +1,5 @@
-"""Where events are kept: one table of any SQL database, to which rows are only ever added.
+"""Where events are kept: one table of any SQL database, to which rows are only ever added. Beside it, written in the
+same transactions, stands a row for each run, with its owner and what a list of runs tells (``owners``).
 
 Writers to a run wait for one another: SQLite has one write lock for the whole file, other databases lock the
 run's first row. Should a database know no such lock, the primary key (run_id, seq) still lets only one of two
@@ -24,25 +25,30 @@ from sqlalchemy import (
     Engine,
     QueuePool,
     Row,
+    bindparam,
     create_engine,
     event,
-    func,
     insert,
     make_url,
     select,
 )
-from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from folding_server.errors import RunError
+from folding_server.store import owners
 from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
-from folding_server.store.schema import EVENTS, bring_up_to_date
+from folding_server.store.schema import EVENTS, bring_up_to_date, up_to_date
+from folding_server.store.views import RunView
 
 DATABASE_NAME = "runs.sqlite3"
 """The file that holds the runs of a data folder."""
 
 BUSY_SECONDS = 10.0
 """How long a writer waits for another process's transaction on the same SQLite file."""
+
+_FULL = re.compile(r"disk is full|disk I/O error|No space left|could not extend file")
+"""What SQLite and PostgreSQL say when there is no room; SQLite calls a limit on the size of files an I/O error."""
 
 
 class Taken(Exception):
@@ -67,57 +73,62 @@ def database_url(folder: Path) -> str:
     return URL.create("sqlite", database=str(folder / DATABASE_NAME)).render_as_string()
 
 
+_EVENTS_FROM = (
+    select(EVENTS)
+    .where(EVENTS.c.run_id == bindparam("run"), EVENTS.c.seq >= bindparam("first"))
+    .order_by(EVENTS.c.seq)
+)
+_ADD_EVENT = insert(EVENTS)
+"""Made once, since every change of a run waits for them."""
+
+
 class Transaction:
-    """Reads and adds events within one transaction of an ``EventLog``."""
+    """Reads and adds events within one transaction of an ``EventTable``, on its ``connection``."""
 
     def __init__(self, connection: Connection) -> None:
-        self._connection = connection
+        self.connection = connection
 
     def events(self, run_id: str, first: int = 1) -> list[RunEvent]:
         """The run's events from number ``first`` on, in order. Raises RunError if one cannot be read."""
-        query = select(EVENTS).where(EVENTS.c.run_id == run_id, EVENTS.c.seq >= first).order_by(EVENTS.c.seq)
-        return [_event(row) for row in self._connection.execute(query)]
+        return [_event(row) for row in self.connection.execute(_EVENTS_FROM, {"run": run_id, "first": first})]
 
     def holds(self, run_id: str) -> bool:
         """Whether there is a first event of this run."""
         query = select(EVENTS.c.seq).where(EVENTS.c.run_id == run_id, EVENTS.c.seq == 1)
-        return self._connection.execute(query).first() is not None
+        return self.connection.execute(query).first() is not None
 
     def lock(self, run_id: str) -> None:
         """Make other writers to the run wait until this transaction ends. SQLite's have waited already."""
-        if self._connection.dialect.name != "sqlite":
+        if self.connection.dialect.name != "sqlite":
             query = select(EVENTS.c.seq).where(EVENTS.c.run_id == run_id, EVENTS.c.seq == 1)
-            self._connection.execute(query.with_for_update())
+            self.connection.execute(query.with_for_update())
 
     def requested(self, request_id: str) -> Requested | None:
         """What was recorded for a request; None if nothing was. Raises RunError if it cannot be read."""
-        row = self._connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
+        row = self.connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
         return Requested(row.run_id, _event(row)) if row else None
 
-    def append(self, run_id: str, added: RunEvent) -> None:
-        """Add the event; ``EventLog.writing`` raises Taken if its number or request id is taken."""
+    def append(self, after: RunView, added: RunEvent, owner: str | None = None) -> None:
+        """Add the event by which the run became ``after``; an opening also says whose the run is.
+
+        ``EventTable.writing`` raises Taken if its number or request id is taken.
+        """
+        payload = added.model_dump_json(exclude=set(IN_COLUMNS))
         row = {
-            "run_id": run_id,
+            "run_id": after.run_id,
             "seq": added.seq,
             "format": EVENT_FORMAT,
             "time": added.time.isoformat(),
             "kind": added.kind,
-            "payload": added.model_dump_json(exclude=set(IN_COLUMNS)),
+            "payload": payload,
             "request_id": added.request_id,
         }
-        self._connection.execute(insert(EVENTS), row)
-
-    def openings(self) -> list[tuple[str, RunEvent, int]]:
-        """Every run's id, first event and number of events, oldest run first."""
-        last = func.max(EVENTS.c.seq).label("last")
-        counts = select(EVENTS.c.run_id, last).group_by(EVENTS.c.run_id).subquery()
-        query = (
-            select(EVENTS, counts.c.last)
-            .join(counts, counts.c.run_id == EVENTS.c.run_id)
-            .where(EVENTS.c.seq == 1)
-            .order_by(EVENTS.c.run_id)
-        )
-        return [(row.run_id, _event(row), row.last) for row in self._connection.execute(query)]
+        self.connection.execute(_ADD_EVENT, row)
+        size = len(payload.encode())
+        if added.seq == 1:
+            owners.add_run(self.connection, after, size, owner)
+        else:
+            owners.change_run(self.connection, after, size)
 
 
 class EventTable:
@@ -162,22 +173,13 @@ class EventTable:
                 yield connection
 
     def _prepare(self) -> None:
-        """Bring the table up to date.
-
-        Of two processes that do so at once on PostgreSQL, one fails when the other has done it, and then
-        finds all there.
-        """
-        try:
-            try:
-                self._bring_up_to_date()
-            except (IntegrityError, ProgrammingError):
-                self._bring_up_to_date()
-        except SQLAlchemyError as error:
-            raise self._sentence(error) from error
-
-    def _bring_up_to_date(self) -> None:
-        with self._begun() as connection:
-            bring_up_to_date(connection)
+        """Bring the tables up to date; where they are, as ever after the first time, without waiting for writers."""
+        with self._answered():
+            with self._engine.connect() as connection, connection.begin():
+                if up_to_date(connection):
+                    return
+            with self._begun() as connection:
+                bring_up_to_date(connection)
 
     @contextmanager
     def _answered(self) -> Iterator[None]:
@@ -195,6 +197,11 @@ class EventTable:
         name = url.database if url.get_backend_name() == "sqlite" else url.render_as_string()
         if "locked" in reason:
             return RunError(f"the run database {name} is busy with another process; try again in a moment")
+        if _FULL.search(reason):
+            return RunError(
+                f"the run database {name} could not be written ({reason}), so nothing was changed; make room on "
+                f"its disk and try again"
+            )
         return RunError(f"the run database {name} cannot be used ({reason}); mend it or choose another")
 
 
@@ -224,7 +231,9 @@ def _engine(url: str) -> Engine:
             f"{shown!r} is not a database URL; give one such as sqlite:///runs.sqlite3, or leave it out"
         ) from error
     try:
-        return _sqlite_engine(parsed) if parsed.get_backend_name() == "sqlite" else create_engine(parsed)
+        if parsed.get_backend_name() == "sqlite":
+            return _sqlite_engine(parsed)
+        return create_engine(parsed, pool_pre_ping=True)  # the database may have been started again since
     except (ArgumentError, ImportError) as error:
         shown = parsed.render_as_string()
         raise RunError(

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import reduce
 from math import isfinite
@@ -13,8 +12,11 @@ from typing import Self
 from cachetools import LRUCache
 
 from folding_server.errors import RunError
+from folding_server.store import owners
 from folding_server.store.change import Change, other_call, require_same_call
 from folding_server.store.database import EventTable, Requested, Taken, Transaction, database_url
+from folding_server.store.limits import NO_LIMITS, OwnerLimits
+from folding_server.store.owners import RunSummary
 from folding_server.store.run_events import Opened, RunEvent
 from folding_server.store.run_ids import is_run_id, new_run_id
 from folding_server.store.views import RecordDamaged, RunView, fold_events, opened_view, step
@@ -23,17 +25,8 @@ BUDGET = 5
 """How many attempts a frame of a sequence is allowed (paper, section "Bounded exploration")."""
 
 _CACHED_RUNS = 256
+_CACHED_OWNERS = 10_000
 _SHOWN_ID_LENGTH = 60
-
-
-@dataclass(frozen=True, slots=True)
-class RunSummary:
-    """One line of the list of runs; ``sequence`` is None for a free fold, ``events`` counts what happened."""
-
-    run_id: str
-    sequence: str | None
-    opened: datetime
-    events: int
 
 
 class RunStore:
@@ -48,18 +41,23 @@ class RunStore:
     All methods raise RunError, with nothing changed, for an unknown run, for what the rules do not allow and
     for a database that cannot be used. Views of recent runs are kept; a call reads only the events that came
     after.
+
+    A run may have an owner, for good. Whoever has found out who is calling asks ``require_owner`` first; the other
+    methods leave runs to anyone. ``limits`` hold for each owner.
     """
 
-    def __init__(self, url: str) -> None:
-        """Open the database at an SQLAlchemy URL; makes the table if it is missing."""
+    def __init__(self, url: str, limits: OwnerLimits = NO_LIMITS) -> None:
+        """Open the database at an SQLAlchemy URL; makes its tables, or brings them up to date."""
+        self._limits = limits
         self._log = EventTable(url)
+        self._owners: LRUCache[str, str | None] = LRUCache(_CACHED_OWNERS)
         self._views: LRUCache[str, RunView] = LRUCache(_CACHED_RUNS)
         self._views_lock = Lock()
 
     @classmethod
-    def in_folder(cls, folder: Path) -> Self:
+    def in_folder(cls, folder: Path, limits: OwnerLimits = NO_LIMITS) -> Self:
         """The store of a data folder: SQLite in one file; makes the folder if it is missing."""
-        return cls(database_url(folder))
+        return cls(database_url(folder), limits)
 
     def forget(self) -> None:
         """Drop the kept views; the next call on a run reads all its events again, with the same answer."""
@@ -87,6 +85,7 @@ class RunStore:
         sheet: tuple[float, float] = (1.0, 1.0),
         budget: int = BUDGET,
         request_id: str | None = None,
+        owner: str | None = None,
     ) -> RunView:
         """Start a run under a new id: of a sequence with its number of frames, or a free fold without either.
 
@@ -107,7 +106,7 @@ class RunStore:
             fingerprint=fingerprint if sequence is not None else None,
             budget=budget if sequence is not None else None,
         )
-        return self._keep(self._opened(opened))
+        return self._keep(self._opened(opened, owner))
 
     @contextmanager
     def change(self, run_id: str, request_id: str | None = None) -> Iterator[Change]:
@@ -151,15 +150,37 @@ class RunStore:
         with self._log.reading() as transaction:
             return transaction.holds(run_id)
 
-    def list_runs(self) -> list[RunSummary]:
-        """All runs, oldest first."""
+    def list_runs(
+        self, owner: str | None = None, limit: int | None = None, before: str | None = None
+    ) -> list[RunSummary]:
+        """The runs of an owner, or of everybody, newest first: at most ``limit``, those that come after run ``before``."""
         with self._log.reading() as transaction:
-            openings = transaction.openings()
-        return [
-            RunSummary(run_id, first.sequence, first.time, count)
-            for run_id, first, count in openings
-            if isinstance(first, Opened)
-        ]
+            found = owners.runs_page(transaction.connection, owner, limit, before)
+        if found is None:
+            raise _unknown(str(before))
+        return found
+
+    def require_owner(self, run_id: str, owner: str | None) -> None:
+        """Raise RunError, as for a run that there is not, if the run belongs to another than this owner.
+
+        None is nobody's own: whoever reaches the server without a token may use all runs, as may the database's reader.
+        """
+        if owner is not None and self._owner(run_id) != owner:
+            raise _unknown(run_id)
+
+    def check_vision(self, owner: str) -> None:
+        """Raise RunError if the vision tools have computed for the owner for as long today as they may."""
+        if self._limits.vision_seconds is not None:
+            with self._log.reading() as transaction:
+                seconds = owners.vision_seconds(transaction.connection, owner, _today())
+            self._limits.check_vision(owner, seconds)
+
+    def add_vision(self, owner: str, seconds: float) -> None:
+        """Count time that the vision tools have computed for the owner, on the day that ends it (UTC)."""
+        try:
+            self._add_vision(owner, seconds)
+        except Taken:  # another has counted the first of the day at the same moment
+            self._add_vision(owner, seconds)
 
     def history(self, run_id: str) -> list[RunEvent]:
         """All events of the run, oldest first."""
@@ -170,24 +191,58 @@ class RunStore:
             raise _unknown(run_id)
         return events
 
-    def _opened(self, opened: Opened) -> RunView:
+    def _add_vision(self, owner: str, seconds: float) -> None:
+        with self._log.writing() as transaction:
+            owners.add_vision_seconds(transaction.connection, owner, _today(), seconds)
+
+    def _owner(self, run_id: str) -> str | None:
+        """Whose the run is; None if it is nobody's, or there is none."""
+        with self._views_lock:
+            if run_id in self._owners:
+                return self._owners[run_id]
+        with self._log.reading() as transaction:
+            owner = owners.owner_of(transaction.connection, run_id)
+        if owner is not None:
+            with self._views_lock:
+                self._owners[run_id] = owner
+        return owner
+
+    def _opened(self, opened: Opened, owner: str | None) -> RunView:
         """The run that the event opens under a new id, or has opened before if it was requested before."""
         while True:
             run_id = new_run_id(opened.time)
             try:
                 with self._log.writing() as transaction:
                     if (earlier := _requested(transaction, opened.request_id)) is not None:
-                        require_same_call(earlier.event, opened)
-                        return _folded(earlier.run_id, [earlier.event])
-                    transaction.append(run_id, opened)
+                        return _opened_before(transaction, earlier, opened, owner)
+                    self._check_room(transaction, owner)
+                    transaction.append(opened_view(run_id, opened), opened, owner)
             except Taken:
                 continue
             return opened_view(run_id, opened)
+
+    def _check_room(self, transaction: Transaction, owner: str | None) -> None:
+        """Raise RunError if the owner may open no other run."""
+        if owner is None or (self._limits.runs is None and self._limits.bytes is None):
+            return
+        owners.lock_owner(transaction.connection, owner)
+        usage = owners.stored_by(transaction.connection, owner)
+        self._limits.check_runs(owner, usage.runs)
+        self._limits.check_bytes(owner, usage.bytes)
+
+    def _check_bytes(self, transaction: Transaction, run_id: str) -> None:
+        """Raise RunError if the run's owner may record nothing more."""
+        if self._limits.bytes is None:
+            return
+        owner = owners.owner_of(transaction.connection, run_id)
+        if owner is not None:
+            self._limits.check_bytes(owner, owners.stored_by(transaction.connection, owner).bytes)
 
     def _begun(self, transaction: Transaction, run_id: str, request_id: str | None) -> Change:
         """A change of the run as it stands, or, if it was requested before, as it stood then."""
         earlier = _requested(transaction, request_id)
         if earlier is None:
+            self._check_bytes(transaction, run_id)
             return Change(transaction, self._read(transaction, run_id), request_id, None)
         if earlier.run_id != run_id or isinstance(earlier.event, Opened):
             raise other_call(request_id)
@@ -218,6 +273,20 @@ class RunStore:
 def _requested(transaction: Transaction, request_id: str | None) -> Requested | None:
     """What was recorded for a request, if it has a name."""
     return None if request_id is None else transaction.requested(request_id)
+
+
+def _opened_before(
+    transaction: Transaction, earlier: Requested, opened: Opened, owner: str | None
+) -> RunView:
+    """The run that an earlier request of the same owner opened, as it then was. RunError if it was another call."""
+    if owners.owner_of(transaction.connection, earlier.run_id) != owner:
+        raise other_call(opened.request_id)
+    require_same_call(earlier.event, opened)
+    return _folded(earlier.run_id, [earlier.event])
+
+
+def _today() -> str:
+    return f"{datetime.now(UTC):%Y-%m-%d}"
 
 
 def _folded(run_id: str, events: Sequence[RunEvent], kept: RunView | None = None) -> RunView:

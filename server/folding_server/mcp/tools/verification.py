@@ -100,7 +100,7 @@ def compare_to_frame(
     paper = app.replays.after(run.sheet, actions)
     progress = ToolProgress(ctx, total=2)
     progress.step("finding the sheet in the photos")
-    with app.observers.on(photos) as eyes:
+    with app.observing(photos) as eyes:
         progress.step(f"comparing with frame {frame}")
         seen = eyes.frame(frame)
         match = compare(paper, seen)

@@ -35,7 +35,7 @@ def propose_actions(
     check_between(run, frame)
     progress = ToolProgress(ctx, total=2)
     progress.step("finding the sheet in the photos")
-    with app.observers.on(photos) as eyes:
+    with app.observing(photos) as eyes:
         progress.step(f"explaining frame {frame}")
         plans = propose(app.paper(run), eyes, frame, max(count, 2))
     shown = presenters.proposals(plans[:count])

@@ -1,0 +1,77 @@
+"""How much an owner may have on a server: runs, what they take up, and the time of the vision tools."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from folding_server.errors import FoldingError, RunError
+
+BYTES_PER_MEGABYTE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class OwnerLimits:
+    """The most that each owner may have; None for no limit. Who calls without a token is no owner and has none.
+
+    ``bytes`` is what the events of all the owner's runs take up, and may be passed by one event: it is looked at before
+    a change. ``vision_seconds`` counts from midnight UTC, and may be passed by the call that is under way.
+    """
+
+    runs: int | None = None
+    bytes: int | None = None
+    vision_seconds: float | None = None
+
+    def check_runs(self, owner: str, runs: int) -> None:
+        """Raise RunError if an owner with this many runs may open no other."""
+        if self.runs is not None and runs >= self.runs:
+            raise RunError(
+                f"{owner} has {runs} runs, and this server keeps at most {self.runs} for an owner; "
+                f"go on with one of them by its run_id, or ask whoever runs the server for more"
+            )
+
+    def check_bytes(self, owner: str, stored: int) -> None:
+        """Raise RunError if an owner whose runs take up this many bytes may record nothing more."""
+        if self.bytes is not None and stored >= self.bytes:
+            raise RunError(
+                f"the runs of {owner} take up {stored / BYTES_PER_MEGABYTE:.3g} MB, and this server keeps at most "
+                f"{self.bytes / BYTES_PER_MEGABYTE:.3g} MB for an owner; ask whoever runs the server for more"
+            )
+
+    def check_vision(self, owner: str, seconds: float) -> None:
+        """Raise RunError if the vision tools have computed for the owner for as long as they may in a day."""
+        if self.vision_seconds is not None and seconds >= self.vision_seconds:
+            raise RunError(
+                f"the vision tools have computed {seconds:.0f} seconds for {owner} today, and this server allows "
+                f"{self.vision_seconds:.0f} a day; go on without them, or after midnight UTC"
+            )
+
+
+NO_LIMITS = OwnerLimits()
+"""What holds where nothing is said: as much as the disk takes."""
+
+_LIMITS = ("runs", "megabytes", "vision-seconds")
+
+
+def parse_limits(given: Iterable[str]) -> OwnerLimits:
+    """The limits that texts such as ``runs=100``, ``megabytes=50`` and ``vision-seconds=600`` set. FoldingError for others."""
+    numbers = dict(_limit(text) for text in given)
+    runs, megabytes = numbers.get("runs"), numbers.get("megabytes")
+    return OwnerLimits(
+        runs=None if runs is None else int(runs),
+        bytes=None if megabytes is None else int(megabytes * BYTES_PER_MEGABYTE),
+        vision_seconds=numbers.get("vision-seconds"),
+    )
+
+
+def _limit(text: str) -> tuple[str, float]:
+    name, _, number = text.partition("=")
+    try:
+        most = float(number)
+    except ValueError:
+        most = math.nan
+    if name not in _LIMITS or not 0 <= most < math.inf or (name == "runs" and most != int(most)):
+        raise FoldingError(
+            f"The limit {text!r} is not possible; give {', '.join(_LIMITS[:-1])} or {_LIMITS[-1]}, an equals sign and a "
+            "number that is not negative, such as runs=100."
+        )
+    return name, most
