@@ -17,6 +17,7 @@ from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper, replay, rotate
 from hypothesis import given
 from hypothesis import strategies as st
+from papers import RESULTS
 from reconstructing import Reconstruction, run_agent, solve, step_seconds
 from report import in_words
 from scoring import action_class, overall, score
@@ -227,13 +228,28 @@ def test_every_program_can_be_folded_and_together_they_do_everything(programs: M
     assert all(len(keyframe_papers(program)) == len(program.steps) + 1 for program in programs.values())
 
 
-def test_recorded_actions_become_one_step_for_each_motion(programs: Mapping[str, Program]) -> None:
-    heart = programs["how-to-make-an-origami-heart"]
+@pytest.mark.parametrize("path", RESULTS)
+def test_recorded_actions_become_one_step_for_each_motion(path: Path) -> None:
+    recorded = corpus.recorded(path.read_text(encoding="utf-8"))
+    assert len(recorded.steps) > 1
     assert all(
-        [a.action == "add_vertex" for a in step] == [True] * (len(step) - 1) + [False] for step in heart.steps
+        [a.action == "add_vertex" for a in step] == [True] * (len(step) - 1) + [False]
+        for step in recorded.steps
     )
 
 
+def test_a_sequence_with_its_truth_tells_the_program_that_makes_its_papers(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    place = studio.photographed(SMALL, 1, 1, tmp_path)
+    monkeypatch.setattr(corpus, "RENDERED", tmp_path)
+    (item,) = corpus.rendered().values()
+    assert item.folder == place
+    assert [len(step) for step in item.truth.steps] == [len(step) for step in SMALL.steps]
+    _agrees(keyframe_papers(item.truth)[-1], json.loads((place / "truth.json").read_text())["frames"][-1])
+
+
+@pytest.mark.reference("photos/rendered")
 def test_rendered_programs_make_the_papers_of_their_truth() -> None:
     subjects = corpus.rendered()
     assert len(subjects) == 2
