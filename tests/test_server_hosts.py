@@ -11,7 +11,7 @@ from folding_server.mcp.catalogue import RECORDS, tools
 from folding_server.mcp.tool_record import ToolSelection
 from host_rules import Schema, codex, gemini, openai_strict, vs_code
 from hosts import Host, data_of, images_of, in_memory, stdio, text_of
-from mcp import Client
+from mcp import Client, MCPError
 from mcp.types import CallToolResult, ImageContent, TextContent
 from mcp.types import Tool as ListedTool
 from photographed import photos
@@ -268,6 +268,14 @@ class TestRefusals:
                 await host.refusal("flip", axis={long: long}),
             ]
         assert all(len(sentence) < 1000 for sentence in said)
+
+    async def test_a_long_address_is_cut(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path) as host:
+            for start in ("folding://", "folding://runs/", "folding://sequences/x/frames/"):
+                with pytest.raises(MCPError) as error:
+                    await host.client.read_resource(start + "x" * 100_000)
+                assert len(error.value.message) < 500
+                assert error.value.message.endswith(".")
 
     async def test_many_strange_names_are_counted(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path) as host:

@@ -34,7 +34,7 @@ async def test_hosts_of_either_era_see_the_server_and_its_tools(tmp_path: Path, 
         assert client.server_info is not None
         assert client.server_info.name == "foldingagent"
         assert "open_run" in (client.instructions or "")
-    assert len(tools) == 24
+    assert len(tools) == 26
 
 
 async def test_two_hosts_on_one_http_server_have_a_run_each(tmp_path: Path) -> None:

@@ -50,6 +50,11 @@ def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], er
     return f"The argument {name} {_shown(arguments[name])} is not possible: it must be {allowed}."
 
 
+def unknown_address(uri: str) -> str:
+    """The answer to a resource address of no known form."""
+    return f"There is no resource {cut(uri)}; the lists of resources and resource templates have those there are."
+
+
 def bad_address(uri: str, error: ValidationError) -> str:
     """The answer to a resource address with a part of the wrong kind."""
     first = error.errors(include_url=False, include_context=False)[0]

@@ -135,6 +135,8 @@ class FoldingServer(MCPServer[AppContext]):
                 raise ResourceNotFoundError(errors.sentence(str(cause))) from cause
             if isinstance(cause, ValidationError):
                 raise ResourceNotFoundError(errors.bad_address(str(uri), cause)) from cause
+            if isinstance(error, ResourceNotFoundError):
+                raise ResourceNotFoundError(errors.unknown_address(str(uri))) from error
             raise
 
     async def get_prompt(
