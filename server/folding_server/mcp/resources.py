@@ -54,7 +54,7 @@ def _register_sequences(server: "MCPServer[AppContext]", app: AppContext) -> Non
 
 
 def _register_runs(server: "MCPServer[AppContext]", app: AppContext) -> None:
-    @server.resource(at.RUNS, title="Runs", mime_type=at.JSON, icons=_RUN)
+    @server.resource(at.RUN_LIST, title="Runs", mime_type=at.JSON, icons=_RUN)
     def runs() -> str:
         """The newest runs that can be taken up again."""
         return newest_runs(app, MOST_RUNS).model_dump_json()

@@ -6,7 +6,7 @@ from mcp.types import ResourceLink
 
 from folding_server.mcp import icons
 
-RUNS = "folding://runs"
+RUN_LIST = "folding://runs"
 RUN = "folding://runs/{run_id}"
 STATE = RUN + "/state"
 PROGRAM = RUN + "/program"
@@ -32,7 +32,7 @@ def changed_addresses(run_id: str, frames: Iterable[int] = ()) -> list[str]:
     """What reads otherwise when a run has changed and the checkpoints of ``frames`` with it."""
     current = [address.format(run_id=run_id) for address in (RUN, *_CURRENT)]
     saved = [CHECKPOINT.format(run_id=run_id, frame=frame) for frame in frames]
-    return [RUNS, *current, *saved]
+    return [RUN_LIST, *current, *saved]
 
 
 def file_links(run_id: str) -> list[ResourceLink]:
