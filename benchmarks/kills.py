@@ -130,20 +130,18 @@ def _change_until_the_end(session: Session, answered: Answered, rng: random.Rand
     """Ask for one change after the other, and write down what is answered."""
     saved = 1
     while True:
-        name, arguments = rng.choice(
-            [
-                ("rotate", {"angle": rng.randrange(360)}),
-                ("flip", {"axis": rng.choice(["x", "y"])}),
-                ("save_checkpoint", {"frame": saved + 1, "notes": "n" * rng.randrange(5000)}),
-            ]
-        )
-        answered.sent = (name, arguments)
+        changes: list[tuple[str, dict[str, Any]]] = [
+            ("rotate", {"angle": rng.randrange(360)}),
+            ("flip", {"axis": rng.choice(["x", "y"])}),
+            ("save_checkpoint", {"frame": saved + 1, "notes": "n" * rng.randrange(5000)}),
+        ]
+        name, arguments = answered.sent = rng.choice(changes)
         try:
             result = session.ask("tools/call", name=name, arguments={**arguments, "run_id": answered.run_id})
         except (EOFError, BrokenPipeError, json.JSONDecodeError):
             return
         assert not result.get("isError"), result
-        answered.calls.append(answered.sent)
+        answered.calls.append((name, arguments))
         answered.sent = None
         saved += name == "save_checkpoint"
 

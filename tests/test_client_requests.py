@@ -21,6 +21,7 @@ from folding_client.record.recorder import Recorder
 from folding_client.record.replay import replay_run
 from folding_server.store.run_store import RunStore
 from mcp import StdioServerParameters
+from paths import ROOT
 
 DEADLY_SERVER = """
 import os, signal, sys, time
@@ -30,6 +31,10 @@ from folding_server.mcp import catalogue
 
 # Once for each tool that a file in this folder is named for: what the tool says is lost, and what it did is not.
 fate, act = Path(sys.argv.pop(1)), sys.argv.pop(1)
+
+HELPERS = os.pathsep.join(str(ROOT / folder) for folder in ("tests", "benchmarks", "benchmarks/reconstruction"))
+"""Where the tests find their helpers, for a process of its own."""
+
 
 def deadly(function):
     from functools import wraps
@@ -161,7 +166,7 @@ def test_a_client_killed_while_it_waits_asks_again_when_resumed(tmp_path: Path) 
     words = ["run", str(sequence(2)), "--model", f"scripted:{script}", "--out", str(run)]
     client = subprocess.Popen(
         [sys.executable, "-c", RUN_AND_WAIT, *words],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        env={**os.environ, "PYTHONPATH": HELPERS},
         stderr=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
     )
