@@ -23,6 +23,11 @@ from folding_server.store.run_store import RunStore
 from mcp import StdioServerParameters
 from paths import ROOT
 
+HELPERS = os.pathsep.join(
+    str(ROOT / folder) for folder in ("tests", "benchmarks", "benchmarks/reconstruction")
+)
+"""Where the tests find their helpers, for a process of its own."""
+
 DEADLY_SERVER = """
 import os, signal, sys, time
 from dataclasses import replace
@@ -31,10 +36,6 @@ from folding_server.mcp import catalogue
 
 # Once for each tool that a file in this folder is named for: what the tool says is lost, and what it did is not.
 fate, act = Path(sys.argv.pop(1)), sys.argv.pop(1)
-
-HELPERS = os.pathsep.join(str(ROOT / folder) for folder in ("tests", "benchmarks", "benchmarks/reconstruction"))
-"""Where the tests find their helpers, for a process of its own."""
-
 
 def deadly(function):
     from functools import wraps
