@@ -8,12 +8,27 @@ import logging
 import signal
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version as version_of
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from folding_server.command_options import (
+    Data,
+    Database,
+    Http,
+    Json,
+    KnownAs,
+    Limit,
+    OutFolder,
+    ProgramFile,
+    ReadOnly,
+    Sequences,
+    TokenFile,
+    ToolsOffered,
+    Version,
+    file_to_write,
+)
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.typed_path import typed_path
@@ -24,78 +39,6 @@ if TYPE_CHECKING:
 
     from folding_server.mcp.context import AppContext
     from folding_server.simulator import Paper
-
-
-Http = Annotated[
-    str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
-]
-Sequences = Annotated[
-    list[Path] | None,
-    typer.Option(metavar="DIR", parser=typed_path, help="A folder of photo sequences; may be repeated."),
-]
-Data = Annotated[
-    Path | None,
-    typer.Option(metavar="DIR", parser=typed_path, help="Where runs are kept; made when missing."),
-]
-Database = Annotated[
-    str | None,
-    typer.Option(
-        metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."
-    ),
-]
-KnownAs = Annotated[
-    list[str] | None,
-    typer.Option(metavar="NAME", help="A host name that HTTP clients may use; may be repeated."),
-]
-TokenFile = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        parser=typed_path,
-        help="Answer HTTP clients only with a bearer token of this file, which has lines OWNER TOKEN.",
-    ),
-]
-ToolsOffered = Annotated[
-    Literal["paper", "standard", "all"],
-    typer.Option(
-        "--tools", help="The tools to offer: the paper's own, those with undo and measuring, or all."
-    ),
-]
-ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
-
-Limit = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="NAME=N",
-        help="The most that each owner of tokens may have: runs, megabytes, or vision-seconds a day; may be repeated.",
-    ),
-]
-
-
-def _show_version(wanted: bool) -> None:
-    """Print the version and end."""
-    if wanted:
-        typer.echo(f"foldingagent-server {version_of('foldingagent-mcp')}")
-        raise typer.Exit
-
-
-_Version = Annotated[
-    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
-]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
-]
-ProgramFile = Annotated[
-    Path, typer.Argument(metavar="PROGRAM", parser=typed_path, help="A folding program (JSON).")
-]
-OutFolder = Annotated[
-    Path, typer.Option("--out", "-o", metavar="DIR", parser=typed_path, help="The sequence folder to write.")
-]
-
-
-def _file(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
-    """An option that names a file to write."""
-    return typer.Option(metavar="FILE", parser=typed_path, help=f"Write {what}.")
 
 
 app = typer.Typer(
@@ -137,7 +80,7 @@ def serve(
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
     limit: Limit = None,
-    _version: _Version = False,
+    _version: Version = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:
@@ -217,13 +160,13 @@ app.command()(install)
 @app.command()
 def simulate(
     program: ProgramFile,
-    state: Annotated[Path | None, _file("the final state as JSON")] = None,
-    fold: Annotated[Path | None, _file("the final state as FOLD")] = None,
+    state: Annotated[Path | None, file_to_write("the final state as JSON")] = None,
+    fold: Annotated[Path | None, file_to_write("the final state as FOLD")] = None,
     cp: Annotated[
-        Path | None, _file("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
+        Path | None, file_to_write("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
     ] = None,
-    svg: Annotated[Path | None, _file("the diagram as SVG")] = None,
-    png: Annotated[Path | None, _file("the diagram as PNG")] = None,
+    svg: Annotated[Path | None, file_to_write("the diagram as SVG")] = None,
+    png: Annotated[Path | None, file_to_write("the diagram as PNG")] = None,
     every_step: Annotated[
         Path | None,
         typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),

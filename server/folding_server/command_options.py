@@ -1,0 +1,80 @@
+"""The options of the command ``foldingagent-server``, each described once."""
+
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from folding_server.typed_path import typed_path
+
+Http = Annotated[
+    str | None, typer.Option(metavar="HOST:PORT", help="Serve over Streamable HTTP instead of stdio.")
+]
+Sequences = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="DIR", parser=typed_path, help="A folder of photo sequences; may be repeated."),
+]
+Data = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", parser=typed_path, help="Where runs are kept; made when missing."),
+]
+Database = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL", envvar="FOLDINGAGENT_DATABASE", help="A SQLAlchemy URL to keep runs in instead."
+    ),
+]
+KnownAs = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME", help="A host name that HTTP clients may use; may be repeated."),
+]
+TokenFile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        parser=typed_path,
+        help="Answer HTTP clients only with a bearer token of this file, which has lines OWNER TOKEN.",
+    ),
+]
+ToolsOffered = Annotated[
+    Literal["paper", "standard", "all"],
+    typer.Option(
+        "--tools", help="The tools to offer: the paper's own, those with undo and measuring, or all."
+    ),
+]
+ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
+
+Limit = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=N",
+        help="The most that each owner of tokens may have: runs, megabytes, or vision-seconds a day; may be repeated.",
+    ),
+]
+
+
+def _show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        typer.echo(f"foldingagent-server {version_of('foldingagent-mcp')}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
+]
+ProgramFile = Annotated[
+    Path, typer.Argument(metavar="PROGRAM", parser=typed_path, help="A folding program (JSON).")
+]
+OutFolder = Annotated[
+    Path, typer.Option("--out", "-o", metavar="DIR", parser=typed_path, help="The sequence folder to write.")
+]
+
+
+def file_to_write(what: str) -> Any:  # noqa: ANN401 - typer's own type of an option
+    """An option that names a file to write."""
+    return typer.Option(metavar="FILE", parser=typed_path, help=f"Write {what}.")
