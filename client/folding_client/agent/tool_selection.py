@@ -28,7 +28,7 @@ STANDARD_TOOLS = PAPER_TOOLS | {"undo", "compare_to_frame"}
 """Those, a step back that costs no attempt, and a measure to hold against the critic's word."""
 PROPOSING = frozenset({"propose_actions"})
 """What is on offer beside a set where a solver works before the model."""
-NOT_OFFERED = frozenset({"list_sequences", "open_run", "commit_attempt", "show_model"})
+NOT_OFFERED = frozenset({"list_sequences", "list_runs", "open_run", "commit_attempt", "show_model"})
 """Tools that would leave the run, take a decision that is the controller's, or show what only people see."""
 
 
