@@ -1,4 +1,4 @@
-"""The desk: what the tools share.
+"""The app context: what the tools share.
 
 It finds the run that a call means, and the paper and the photos that go with it.
 """
@@ -235,7 +235,7 @@ ToolContext: TypeAlias = Context[AppContext, Any]
 
 
 def app_context(ctx: ToolContext) -> AppContext:
-    """The desk of the server that a call reached."""
+    """The app context of the server that a call reached."""
     return ctx.request_context.lifespan_context
 
 

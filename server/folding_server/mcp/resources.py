@@ -28,7 +28,7 @@ _CHECKPOINT: list[Icon] = [icons.CHECKPOINT_ICON]
 
 
 def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
-    """Give the server its resources, all read from one desk."""
+    """Give the server its resources, all read from one app context."""
     _register_sequences(server, app)
     _register_runs(server, app)
     _register_diagrams(server, app)

@@ -1,4 +1,4 @@
-"""The MCP server: tools, resources and prompts around one desk; here errors become answers."""
+"""The MCP server: tools, resources and prompts around one app context; here errors become answers."""
 
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -40,7 +40,7 @@ from folding_server.mcp.tools.apps import model_app
 
 
 class FoldingServer(MCPServer[AppContext]):
-    """An MCP server around one desk. What a caller can mend leaves it as one plain sentence.
+    """An MCP server around one app context. What a caller can mend leaves it as one plain sentence.
 
     Over HTTP it answers only calls with one of ``tokens``, if there are any.
     """
@@ -180,11 +180,11 @@ def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str | No
 
 
 def _serving(app: AppContext) -> Callable[[MCPServer[AppContext]], AbstractAsyncContextManager[AppContext]]:
-    """A lifespan that hands every call the one desk. Whoever made the desk closes it."""
+    """A lifespan that hands every call the one app context. Whoever made it closes it."""
 
     @asynccontextmanager
     async def lifespan(_server: MCPServer[AppContext]) -> AsyncIterator[AppContext]:
-        """Hand over the desk."""
+        """Hand over the app context."""
         yield app
 
     return lifespan

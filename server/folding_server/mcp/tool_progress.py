@@ -6,7 +6,7 @@ from folding_server.mcp.context import ToolContext
 
 
 class ToolProgress:
-    """Counts the steps of one ctx.
+    """Counts the steps of one call.
 
     Tools run in worker threads, so each step is sent through the event loop.
     """

@@ -124,7 +124,7 @@ def _overlay(
 @tool("Check flat-foldability", LOOKS, icons.CHECK_ICON)
 def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
     """Check whether the crease pattern can be folded flat."""
-    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads OR-Tools)
+    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads shapely)
 
     app = app_context(ctx)
     found = presenters.foldability(check_paper(app.paper(app.run(run_id))))
