@@ -1,12 +1,14 @@
 """What hosts are told beside answers: updates of what they watch, log messages, completions, links; and finding runs again."""
 
 import json
+import sqlite3
 from pathlib import Path
 from typing import Any
 
 import anyio
 import pytest
 from folding_server.mcp.results import readable
+from folding_server.store.database import DATABASE_NAME
 from hosts import Host, in_memory, text_of
 from mcp import MCPError
 from mcp.types import (
@@ -173,6 +175,19 @@ class TestRunList:
         assert not listed["more"]
         assert newest == {"runs": listed["runs"][:1], "more": True}
         assert resource == listed
+
+    async def test_a_run_whose_record_is_damaged_does_not_hide_the_others(self, tmp_path: Path) -> None:
+        async with in_memory(tmp_path) as host:
+            whole = (await host.call("open_run"))["run_id"]
+            damaged = (await host.call("open_run"))["run_id"]
+        database = sqlite3.connect(tmp_path / DATABASE_NAME)
+        with database:
+            database.execute("UPDATE folding_events SET payload = '{' WHERE run_id = ?", (damaged,))
+        database.close()
+        async with in_memory(tmp_path) as host:
+            listed = await host.call("list_runs")
+            assert [each["run_id"] for each in listed["runs"]] == [damaged, whole]
+            assert "is damaged" in await host.refusal("get_run", run_id=damaged)
 
     async def test_an_empty_list_says_how_to_start(self, tmp_path: Path) -> None:
         async with in_memory(tmp_path) as host:

@@ -27,6 +27,11 @@ class RunSummary:
     saved: int
     owner: str | None
 
+    @property
+    def complete(self) -> bool:
+        """Whether all frames of a sequence are saved; a free fold is never complete."""
+        return self.sequence is not None and self.saved == self.frames
+
 
 class OwnedRuns(NamedTuple):
     """How many runs an owner has, and how many bytes their events take up."""

@@ -1,9 +1,13 @@
 """The runs there are, newest first: after a restart nothing else tells how to find one."""
 
+from typing import TYPE_CHECKING
+
 from folding_schemas.results import RunLine, RunList
 
 from folding_server.mcp.context import AppContext
-from folding_server.store.views import RunView
+
+if TYPE_CHECKING:
+    from folding_server.store.owners import RunSummary
 
 MOST_RUNS = 100
 """The most runs in one list: as many values as the protocol allows in one completion."""
@@ -11,8 +15,8 @@ MOST_RUNS = 100
 
 def newest_runs(app: AppContext, most: int) -> RunList:
     """The caller's newest runs. RunError if the database cannot be used."""
-    ids = newest_ids(app, most + 1)
-    return RunList(runs=[_line(app.store.load(each)) for each in ids[:most]], more=len(ids) > most)
+    found = app.list_runs(most + 1)
+    return RunList(runs=[_line(each) for each in found[:most]], more=len(found) > most)
 
 
 def newest_ids(app: AppContext, most: int = MOST_RUNS) -> list[str]:
@@ -20,12 +24,12 @@ def newest_ids(app: AppContext, most: int = MOST_RUNS) -> list[str]:
     return [each.run_id for each in app.list_runs(most)]
 
 
-def _line(run: RunView) -> RunLine:
+def _line(run: "RunSummary") -> RunLine:
     return RunLine(
         run_id=run.run_id,
         sequence=run.sequence,
         frames=run.frames,
-        saved=len(run.checkpoints),
+        saved=run.saved,
         changed=run.changed.isoformat(timespec="seconds"),
         complete=run.complete,
     )
