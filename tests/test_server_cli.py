@@ -124,6 +124,7 @@ def test_keyframes_writes_a_sequence_of_a_video(run: Run, tmp_path: Path) -> Non
     ("arguments", "code", "named"),
     [
         (["--sequences", "nowhere"], 2, "nowhere"),
+        (["--sequences", "a" * 300], 2, "cannot be looked at"),
         (["--http", "8000"], 1, "HOST:PORT"),
         (["--http", "127.0.0.1:99999"], 1, "HOST:PORT"),
         (["--http", "203.0.113.9:8000"], 1, "203.0.113.9:8000"),

@@ -179,7 +179,17 @@ def test_limits_are_read_from_what_the_command_is_given() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["runs", "runs=", "runs=1.5", "runs=-1", "megabytes=inf", "vision-seconds=nan", "hats=1"]
+    "text",
+    [
+        "runs",
+        "runs=",
+        "runs=1.5",
+        "runs=-1",
+        "megabytes=inf",
+        "megabytes=1e305",
+        "vision-seconds=nan",
+        "hats=1",
+    ],
 )
 def test_a_limit_that_is_none_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(

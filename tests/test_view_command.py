@@ -217,9 +217,12 @@ def test_a_run_folder_is_shown_with_its_photos(tmp_path: Path) -> None:
     assert file.read_text(encoding="utf-8").count("data:image/jpeg;base64,") == 9
 
 
-def test_a_run_whose_photos_are_gone_is_shown_without(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sequence", [{"folder": "gone"}, {}, None])
+def test_a_run_whose_photos_are_gone_is_shown_without(
+    tmp_path: Path, sequence: dict[str, str] | None
+) -> None:
     (tmp_path / "program.json").write_text(CAT.read_text(encoding="utf-8"))
-    (tmp_path / "run.json").write_text(json.dumps({"sequence": {"folder": str(tmp_path / "gone")}}))
+    (tmp_path / "run.json").write_text(json.dumps({"sequence": sequence}))
     written = server("view", tmp_path, "-o", tmp_path / "run.html")
     assert written.returncode == 0
     assert written.stderr.startswith("Shown without photos: ")
@@ -227,7 +230,12 @@ def test_a_run_whose_photos_are_gone_is_shown_without(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("source", "named"),
-    [("nothing.json", "nothing.json"), ("20260101-000000-aaaaaaaaaa", "no run"), (".", "run.json")],
+    [
+        ("nothing.json", "nothing.json"),
+        ("20260101-000000-aaaaaaaaaa", "no run"),
+        (".", "run.json"),
+        ("a" * 300, "cannot be looked at"),
+    ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_sentence(tmp_path: Path, source: str, named: str) -> None:
     refused = server("view", source, "--data", tmp_path / "data", "-o", tmp_path / "x.html", cwd=tmp_path)

@@ -31,7 +31,7 @@ from folding_server.command_options import (
 )
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
-from folding_server.typed_path import typed_path
+from folding_server.typed_path import require_folders, typed_path
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
@@ -88,9 +88,7 @@ def serve(
     from folding_server.mcp.context import AppContext, ServerSettings
     from folding_server.store.limits import parse_limits
 
-    for folder in sequences or ():
-        if not folder.is_dir():
-            raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
+    require_folders(sequences or ())
     if token_file is not None and http is None:
         raise typer.BadParameter(
             "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
@@ -297,7 +295,8 @@ def view(
         ),
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write one HTML file instead.")
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", parser=typed_path, help="Write one HTML file instead."),
     ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, metavar="N", help="0 lets the system choose one.")

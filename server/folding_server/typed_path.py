@@ -1,5 +1,6 @@
 """Paths as users type them."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import typer
@@ -11,3 +12,16 @@ def typed_path(text: str) -> Path:
         return Path(text).expanduser()
     except RuntimeError as error:
         raise typer.BadParameter(f"{text!r} begins with a user who has no folder here") from error
+
+
+def require_folders(folders: Iterable[Path]) -> None:
+    """Raise BadParameter for the first of the folders to serve that is none, or that may not be looked at."""
+    for folder in folders:
+        try:
+            found = folder.is_dir()
+        except OSError as error:
+            raise typer.BadParameter(
+                f"the folder {folder} cannot be looked at ({error.strerror}); give another to serve sequences from"
+            ) from error
+        if not found:
+            raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")

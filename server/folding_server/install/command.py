@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from folding_server.install.hosts import HOSTS, Host, HostId, Machine
-from folding_server.typed_path import typed_path
+from folding_server.typed_path import require_folders, typed_path
 
 _HostName = Annotated[HostId, typer.Option("--host", help="The program that is to use this server.")]
 _DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the entry and write nothing.")]
@@ -45,9 +45,7 @@ def install(
     """Enter this server into the configuration of a host, which then starts it by itself."""
     from folding_server.install.entry import server_command
 
-    for folder in sequences or ():
-        if not folder.is_dir():
-            raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
+    require_folders(sequences or ())
     command = server_command(sequences or (), data)
     known = HOSTS[host]
     place = file or (known.file(Machine()) if known.file else None)

@@ -69,9 +69,14 @@ def _limit(text: str) -> tuple[str, float]:
         most = float(number)
     except ValueError:
         most = math.nan
-    if name not in _LIMITS or not 0 <= most < math.inf or (name == "runs" and most != int(most)):
+    if name not in _LIMITS or not _usable(name, most):
         raise FoldingError(
             f"The limit {text!r} is not possible; give {', '.join(_LIMITS[:-1])} or {_LIMITS[-1]}, an equals sign and a "
             "number that is not negative, such as runs=100."
         )
     return name, most
+
+
+def _usable(name: str, most: float) -> bool:
+    """Whether a number can be that limit: not negative, finite also in bytes, and whole where runs are counted."""
+    return 0 <= most * BYTES_PER_MEGABYTE < math.inf and (name != "runs" or most.is_integer())

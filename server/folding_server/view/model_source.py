@@ -13,6 +13,7 @@ from folding_server.interchange.programs import load_published
 from folding_server.store.database import DATABASE_NAME
 from folding_server.store.run_ids import is_run_id
 from folding_server.store.run_store import RunStore
+from folding_server.typed_path import typed_path
 from folding_server.view.local_model import LocalModel
 from folding_server.view.photo_strip import photos_of
 from folding_server.view.stops import ViewWindow
@@ -27,10 +28,16 @@ def open_model(source: str, data: Callable[[], Path], sequences: Iterable[Path],
     Photos come from the run's own sequence folder, or for a stored run from ``sequences``; ``tell`` is told why
     there are none. FoldingError if ``source`` is none of the three or cannot be read.
     """
-    path = Path(source)
-    if path.is_dir():
+    path = typed_path(source)
+    try:
+        is_folder, is_file = path.is_dir(), path.is_file()
+    except OSError as error:
+        raise FoldingError(
+            f"{source!r:.80} cannot be looked at ({error.strerror}); give a program's JSON file, the folder of a run, or a run id."
+        ) from error
+    if is_folder:
         return _of_run_folder(path, tell)
-    if path.is_file():
+    if is_file:
         return LocalModel(load_published(_text(path)).program)
     if is_run_id(source):
         return _of_stored_run(data(), source, lambda name: Library(list(sequences)).open(name), tell)
@@ -42,10 +49,13 @@ def open_model(source: str, data: Callable[[], Path], sequences: Iterable[Path],
 def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
     """A run of the client, finished or not."""
     about = _json(folder / "run.json")
-    recorded = about.get("sequence", {}).get("folder")
+    sequence = about.get("sequence")
+    recorded = sequence.get("folder") if isinstance(sequence, dict) else None
 
     def photos(_name: str) -> Sequence:
-        return load_sequence(Path(str(recorded)))
+        if not isinstance(recorded, str):
+            raise PhotoError(f"{folder / 'run.json'} names no folder of photos")
+        return load_sequence(Path(recorded))
 
     run_id = about.get("run_id")
     if isinstance(run_id, str) and (folder / "store" / DATABASE_NAME).is_file():
