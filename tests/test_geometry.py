@@ -1,4 +1,4 @@
-"""Transforms, graphs and planar faces of the geometry that every room uses."""
+"""Transforms, graphs and planar faces of the geometry that every package uses."""
 
 from math import cos, radians, sin
 

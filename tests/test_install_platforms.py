@@ -100,7 +100,9 @@ def _forgives(attempt: ast.Try) -> bool:
 
 def test_no_module_needs_at_import_what_a_system_lacks() -> None:
     files = [
-        file for room in ("schemas", "prompts", "server", "client") for file in (ROOT / room).rglob("*.py")
+        file
+        for folder in ("schemas", "prompts", "server", "client")
+        for file in (ROOT / folder).rglob("*.py")
     ]
     assert len(files) > 100
     wrong = {str(file.relative_to(ROOT)): list(lacking(file.read_text(encoding="utf-8"))) for file in files}

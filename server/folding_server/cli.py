@@ -1,4 +1,4 @@
-"""``foldingagent-server``: serve the protocol, or use a room of the server from the command line.
+"""``foldingagent-server``: serve the protocol, or use a part of the server from the command line.
 
 What a command needs is imported inside it, so that serving starts quickly.
 """

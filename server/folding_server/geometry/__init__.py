@@ -1,1 +1,1 @@
-"""Geometry of the plane that every room uses: pure functions on plain tuples and arrays. Lengths in sheet units."""
+"""Geometry of the plane that every package uses: pure functions on plain tuples and arrays. Lengths in sheet units."""

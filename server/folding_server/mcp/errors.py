@@ -14,7 +14,7 @@ _NAMED = 5
 
 
 def sentence(text: str) -> str:
-    """A refusal as a sentence, whatever room of the server it comes from: with a capital and a full stop.
+    """A refusal as a sentence, whatever package of the server it comes from: with a capital and a full stop.
 
     A name in first place keeps its case: "Refused: photo.jpg is cut off."
     """

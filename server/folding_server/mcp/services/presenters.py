@@ -1,4 +1,4 @@
-"""What the rooms found out, as hosts see it."""
+"""What the other packages found out, as hosts see it."""
 
 from typing import TYPE_CHECKING
 

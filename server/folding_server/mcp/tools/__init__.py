@@ -1,1 +1,1 @@
-"""The tools of the server, one thin module per family: check parameters, call the room, wrap the result."""
+"""The tools of the server, one thin module per family: check parameters, call another package, wrap the result."""
