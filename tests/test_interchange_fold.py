@@ -359,7 +359,7 @@ BROKEN = {
     ),
     "frames that inherit in a circle": (
         SQUARE | {"file_frames": [{"frame_inherit": True, "frame_parent": 1}]},
-        "inherits from itself",
+        "Frame 1 of the FOLD file inherits from itself",
     ),
     "a folded form of another shape": (
         SQUARE

@@ -112,11 +112,11 @@ def _inherited(raw: Sequence[Mapping[str, Any]], index: int) -> dict[str, Any]:
             return merged
         if not isinstance(parent, int) or not 0 <= parent < len(raw):
             raise ProgramError(
-                f"FoldFrame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
+                f"Frame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
             )
         index = parent
     raise ProgramError(
-        f"FoldFrame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
+        f"Frame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
     )
 
 
