@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from folding_schemas.actions import Fold, Program, Rotate
 from folding_schemas.model_view import ModelShown, ModelView
-from folding_server.frames.image_files import decode_bytes
+from folding_server.frames.image_files import decode_bytes, encode_jpeg
+from folding_server.frames.sequences import load_sequence
 from folding_server.interchange.programs import load_program
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.simulator import apply, folded_state, new_paper
 from folding_server.view.local_model import LocalModel
 from folding_server.view.page import page_html
+from folding_server.view.photo_strip import ALL_PHOTO_BYTES, LEAST_PHOTO_BYTES, photos_of
 from folding_server.view.stops import MOST_STATE_BYTES, model_view
 from hosts import Host, in_memory, text_of
 from mcp.types import CallToolResult, TextResourceContents
@@ -124,6 +126,18 @@ async def test_all_photos_of_a_run_together_fit_into_an_answer(tmp_path: Path) -
         result = await host.answer("show_model")
     assert list(view_of(result).photos) == list(range(1, 10))
     assert len(result.model_dump_json()) < ANSWER_LIMIT
+
+
+def test_of_very_many_photos_the_last_are_shown(tmp_path: Path) -> None:
+    frames = ALL_PHOTO_BYTES // LEAST_PHOTO_BYTES + 60
+    (tmp_path / "frames").mkdir()
+    grain = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    for frame in range(1, frames + 1):
+        (tmp_path / "frames" / f"{frame:06}.jpg").write_bytes(encode_jpeg(grain, 90).data)
+    about = {"name": "long", "frames": "frames", "keyframes": list(range(1, frames + 1))}
+    (tmp_path / "keyframes.json").write_text(json.dumps(about))
+    found = photos_of(load_sequence(tmp_path), range(1, frames + 1), (0, 0, 1))
+    assert list(found) == list(range(61, frames + 1))
 
 
 @pytest.mark.anyio

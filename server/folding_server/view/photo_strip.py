@@ -22,13 +22,18 @@ ALL_PHOTO_BYTES = 240_000
 """The most bytes of all photos together, before base64 adds a third: what the states leave of 800 kB."""
 
 
+LEAST_PHOTO_BYTES = 2000
+"""Fewer bytes show nothing, and a JPEG's own tables take 600 of them: where there are too many photos, the last are shown."""
+
+
 def photos_of(sequence: "Sequence", frames: Iterable[int], window: ViewWindow) -> dict[int, str]:
     """The photos of the keyframes as data URLs; a frame the sequence does not have, or cannot read, is left out.
 
     They are rectified with the sheet of frame 1, so that they lie under the states as these are drawn; where
-    that photo shows no sheet, they are shown as they were taken.
+    that photo shows no sheet, they are shown as they were taken. Of very many the first are left out.
     """
-    wanted = [frame for frame in sorted(set(frames)) if frame <= sequence.frame_count]
+    known = [frame for frame in sorted(set(frames)) if frame <= sequence.frame_count]
+    wanted = known[-(ALL_PHOTO_BYTES // LEAST_PHOTO_BYTES) :]
     pose = _pose(sequence)
     most = min(MOST_PHOTO_BYTES, ALL_PHOTO_BYTES // max(1, len(wanted)))
     found: dict[int, str] = {}
