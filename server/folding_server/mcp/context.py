@@ -225,7 +225,7 @@ class AppContext:
             raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")
         if self._newest is None:
             raise RunError(
-                "No run has been opened since the server started; call open_run, or pass a run_id."
+                "No run has been opened since the server started; call open_run, or pass a run_id from list_runs."
             )
         return self._newest
 

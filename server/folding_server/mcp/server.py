@@ -111,8 +111,9 @@ class FoldingServer(MCPServer[AppContext]):
         await self._log(
             context, "info", f"{tool.name}: {first.text if isinstance(first, TextContent) else ''}"
         )
-        run_id = (answer.structured_content or {}).get("run_id") or given.get("run_id") or self._app.newest
-        frames = [given["frame"]] if "frame" in given else []
+        told = answer.structured_content or {}
+        run_id = told.get("run_id") or given.get("run_id") or self._app.newest
+        frames = [told["frame"]] if "frame" in given else []
         await self._hosts.changed(context, changed_addresses(str(run_id), frames))
 
     async def _log(self, context: Context[AppContext, Any] | None, level: LoggingLevel, text: str) -> None:
