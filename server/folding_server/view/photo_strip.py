@@ -23,7 +23,7 @@ ALL_PHOTO_BYTES = 240_000
 
 
 LEAST_PHOTO_BYTES = 2000
-"""Fewer bytes show nothing, and a JPEG's own tables take 600 of them: where there are too many photos, the last are shown."""
+"""Fewer bytes show nothing, and the smallest JPEG that is made takes up to 1400: of more photos the last are shown."""
 
 
 def photos_of(sequence: "Sequence", frames: Iterable[int], window: ViewWindow) -> dict[int, str]:
