@@ -13,6 +13,7 @@ from direct_store import DirectStore
 from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
 from folding_server.store.database import DATABASE_NAME
+from pictures import write_sequence_folder
 from sqlalchemy import event
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="limits of processes are POSIX's")
@@ -136,6 +137,32 @@ def test_a_data_folder_that_may_only_be_read_is_refused_and_left_as_it_was(tmp_p
     assert "cannot be used" in refusals[0][-1]
     assert "cannot be made (Permission denied); choose another with --data" in refusals[1][-1]
     assert {file.name: file.read_bytes() for file in data.iterdir()} == before
+
+
+LISTING = """
+import os, sys
+from pathlib import Path
+from folding_server.frames.sequences import Library
+
+roots = [Path(sys.argv[1])]
+Library(roots).sequences()  # so that what Python loads for it is loaded before it may no longer be read
+os.setuid(int(sys.argv[2]))
+library = Library(roots)
+print([each.name for each in library.sequences()], library.problems())
+"""
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only the superuser can become somebody who may not read")
+def test_folders_that_may_not_be_read_do_not_keep_the_others_from_being_served(tmp_path: Path) -> None:
+    sequences = _reachable(tmp_path)
+    write_sequence_folder(sequences / "boat", [1, 2])
+    write_sequence_folder(sequences / "closed", [1, 2])
+    (sequences / "closed" / "frames").chmod(0o700)
+    (sequences / "lost+found").mkdir(mode=0o700)
+    command = [sys.executable, "-c", LISTING, str(sequences), str(NOBODY)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
+    assert told.startswith("['boat'] [")
+    assert "'closed' cannot be read (Permission denied)" in told
 
 
 def _reachable(folder: Path) -> Path:

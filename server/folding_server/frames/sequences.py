@@ -1,8 +1,9 @@
 """Sequences of keyframes, and the library that serves them from the folders it was given, nowhere else."""
 
 import hashlib
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from collections.abc import Sequence as ListOf
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -116,12 +117,14 @@ class Sequence:
 def load_sequence(folder: Path, cache: PhotoCache | None = None) -> Sequence:
     """The sequence in `folder`: the manifest is read, each keyframe's file looked for, no pixels read.
 
-    Raises PhotoError, one sentence, for a missing folder or image and for anything wrong with the manifest.
+    Raises PhotoError, one sentence, for a missing folder or image, for what may not be read and for anything wrong with
+    the manifest.
     """
     folder = Path(folder)
-    manifest = read_manifest(folder)
-    source = _source(manifest, folder)
-    source.files(manifest.keyframes)
+    with _readable(folder):
+        manifest = read_manifest(folder)
+        source = _source(manifest, folder)
+        source.files(manifest.keyframes)
     return Sequence(
         name=manifest.name or folder.resolve().name,
         folder=folder,
@@ -183,7 +186,8 @@ class Library:
         broken: dict[str, PhotoError] = {}
         for folder in self._folders():
             try:
-                sequence = self._load(folder)
+                with _readable(folder):
+                    sequence = self._load(folder)
             except PhotoError as error:
                 broken[folder.name] = error
                 continue
@@ -194,9 +198,10 @@ class Library:
         """The real folders that hold a manifest, each once."""
         folders: dict[Path, None] = {}
         for root in (root.resolve() for root in self._roots):
-            inside = [root] if (root / FILE_NAME).is_file() else sorted(root.iterdir())
+            with _readable(root):
+                inside = [root] if _has_manifest(root) else sorted(root.iterdir())
             for folder in inside:
-                if (folder / FILE_NAME).is_file() and folder.resolve().is_relative_to(root):
+                if _has_manifest(folder) and folder.resolve().is_relative_to(root):
                     folders[folder.resolve()] = None
         return list(folders)
 
@@ -213,6 +218,25 @@ class Library:
         sequence = load_sequence(folder, self._cache)
         self._loaded[folder] = stamp, sequence
         return sequence
+
+
+def _has_manifest(folder: Path) -> bool:
+    """Whether a folder holds a manifest: not if it may not be looked into, such as the lost+found of a disk."""
+    try:
+        return (folder / FILE_NAME).is_file()
+    except OSError:
+        return False
+
+
+@contextmanager
+def _readable(folder: Path) -> Iterator[None]:
+    """PhotoError where the system refuses to read something of a folder."""
+    try:
+        yield
+    except OSError as error:
+        raise PhotoError(
+            f"the folder {folder.name!r:.80} cannot be read ({error.strerror or error}): see that the server may read it, or name another"
+        ) from error
 
 
 def _source(manifest: Manifest, folder: Path) -> FrameSource:
