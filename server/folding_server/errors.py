@@ -5,7 +5,9 @@ FoldingError
 ├── AddressError       this address cannot be served on
 ├── PhotoError         an image or a sequence cannot be used
 ├── ProgramError       a program or an interchange file cannot be read
-└── RunError           a run, checkpoint or attempt does not allow this
+├── RunError           a run, checkpoint or attempt does not allow this
+├── SettingsRefused    a host's configuration file cannot be changed without breaking it (install/settings_text.py)
+└── TokenFileError     a token file cannot be used (mcp/auth.py)
 """
 
 
