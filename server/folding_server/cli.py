@@ -24,9 +24,9 @@ from folding_server.command_options import (
     ProgramFile,
     ReadOnly,
     Sequences,
+    ShowVersion,
     TokenFile,
     ToolsOffered,
-    Version,
     file_to_write,
 )
 from folding_server.errors import FoldingError
@@ -80,7 +80,7 @@ def serve(
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
     limit: Limit = None,
-    _version: Version = False,
+    _version: ShowVersion = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
     if context.invoked_subcommand is not None:

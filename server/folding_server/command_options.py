@@ -61,7 +61,7 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-Version = Annotated[
+ShowVersion = Annotated[
     bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
 ]
 Json = Annotated[
