@@ -137,6 +137,25 @@ def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path
     assert (tmp_path / "run" / "sequence" / "contact_sheet.png").is_file()
 
 
+@pytest.mark.usefixtures("interruptible")
+def test_a_video_whose_search_is_interrupted_leaves_no_run(tmp_path: Path) -> None:
+    video = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]).path
+    run = tmp_path / "runs" / "run"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "folding_client", "run", str(video), "--out", str(run)],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not run.exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "Interrupted; no run has begun.\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
+
+
 def test_a_video_that_cannot_be_used_leaves_no_run(tmp_path: Path) -> None:
     (tmp_path / "letter.mp4").write_text("a letter, not a film\n" * 40)
     failed = command("run", tmp_path / "letter.mp4", "--out", tmp_path / "run")

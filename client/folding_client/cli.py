@@ -68,7 +68,9 @@ def run(
 
 
 async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
-    """The sequence folder of a video, written into the run folder to be."""
+    """The sequence folder of a video, written into the run folder to be; nothing is left of it if that fails or is
+    cut short.
+    """
     if settings.server_url is not None:
         message = (
             f"A running server cannot be handed the video {video.name}; leave out --server-url, or write its "
@@ -79,7 +81,7 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
     folder.claim()
     try:
         return await sequence_of_video(video, out / "sequence", partial(typer.echo, err=True))
-    except UsageError:
+    except (UsageError, asyncio.CancelledError):
         folder.discard()
         raise
     finally:

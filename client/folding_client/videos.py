@@ -31,6 +31,7 @@ async def sequence_of_video(video: Path, folder: Path, say: Callable[[str], None
     finally:
         if process.returncode is None:
             process.kill()
+            await process.wait()
     if code != 0:
         raise UsageError(
             refusal or f"The keyframes of {video.name} cannot be found: the server ended with {code}."
