@@ -198,6 +198,9 @@ def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
     other_model = command("run", "--resume", run, "--model", "geometric")
     assert other_model.returncode == 2
     assert "was made with model" in other_model.stderr
+    other_folder = command("run", "--resume", run, "--out", tmp_path / "other")
+    assert other_folder.returncode == 2
+    assert "leave out --out" in other_folder.stderr
     other_sequence = command("run", sequence(3), "--resume", run)
     assert other_sequence.returncode == 2
     assert "is a run of" in other_sequence.stderr

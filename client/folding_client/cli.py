@@ -90,6 +90,9 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
 
 def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:
     if resume is not None:
+        if out is not None:
+            message = f"A run goes on in its own folder, {resume}; leave out --out, or start a new run without --resume."
+            raise UsageError(message)
         return resumed_job(resume, sequence, settings)
     if sequence is not None:
         return new_job(sequence, out, settings)
