@@ -227,6 +227,18 @@ def test_settings_of_another_version_are_refused_in_one_sentence(tmp_path: Path)
     assert len(refused.stderr.strip().splitlines()) == 1
 
 
+def test_a_damaged_description_of_a_run_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(
+        json.dumps({"format": 1, "sequence": {}, "models": {}, "settings": {}})
+    )
+    refused = command("run", "--resume", tmp_path)
+    assert refused.returncode == 2
+    assert (
+        refused.stderr
+        == f"{tmp_path / 'run.json'} says nothing of outcome, so the record is damaged; start a new run.\n"
+    )
+
+
 @pytest.fixture
 def interruptible() -> Iterator[None]:
     """Processes started meanwhile can be interrupted, though a shell that runs the tests in the background ignores that."""

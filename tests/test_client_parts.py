@@ -160,8 +160,9 @@ def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
     ]
 
 
-def test_a_damaged_log_is_named_with_its_line(tmp_path: Path) -> None:
-    (tmp_path / "events.jsonl").write_text('{"seq": 1}\nnonsense\n')
+@pytest.mark.parametrize("line", ["nonsense", "[1]", '{"seq": 2}', "\xff"])
+def test_a_damaged_log_is_named_with_its_line(tmp_path: Path, line: str) -> None:
+    (tmp_path / "events.jsonl").write_text(f'{{"seq": 1, "kind": "opened"}}\n{line}\n', encoding="latin-1")
     with pytest.raises(UsageError, match="Line 2"):
         list(read_events(tmp_path / "events.jsonl"))
 

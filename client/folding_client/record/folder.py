@@ -17,6 +17,8 @@ from folding_client.record.redaction import redact
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
+_PARTS = ("sequence", "models", "settings", "outcome")
+"""The objects of ``run.json`` that a run cannot go on without."""
 _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/svg+xml": "svg"}
 
 
@@ -59,7 +61,8 @@ class RunFolder:
             message = f"Another process works on the run in {self.path}; wait until it has ended."
             raise UsageError(message) from error
         except OSError as error:
-            raise self._unusable(error) from error
+            message = f"Cannot write to the run folder {self.path}: {error.strerror}. Make it writable, or use another folder."
+            raise UsageError(message) from error
         self._lock = lock
 
     def release(self) -> None:
@@ -152,6 +155,9 @@ class RunFolder:
             raise UsageError(message) from error
         if not isinstance(data, dict) or data.get("format") != 1:
             message = f"{file} is not a run of format 1; start a new run or use the version that wrote it."
+            raise UsageError(message)
+        if missing := [part for part in _PARTS if not isinstance(data.get(part), dict)]:
+            message = f"{file} says nothing of {missing[0]}, so the record is damaged; start a new run."
             raise UsageError(message)
         return data
 
