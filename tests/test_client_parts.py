@@ -6,11 +6,13 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures
+from folding_client.agent.tool_selection import on_offer
 from folding_client.batch.runner import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
@@ -18,6 +20,7 @@ from folding_client.models.scripted import load_script
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.redaction import redact
 from folding_client.roles.reply_parsing import CriticReply, OverviewReply, read_form, read_label
+from folding_client.settings import ToolSet
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -140,6 +143,17 @@ def test_arguments_pass_only_if_the_schema_takes_them(arguments: dict[str, objec
         assert not fits
     else:
         assert fits
+
+
+def test_no_set_offers_tools_that_leave_the_run_or_tell_of_others() -> None:
+    names = ("list_runs", "open_run", "get_run", "fold", "undo", "commit_attempt", "export_state")
+    tools = [ToolSpec(name, "", {}) for name in names]
+    offered = {which: [tool.name for tool in on_offer(tools, which)] for which in get_args(ToolSet)}
+    assert offered == {
+        "paper": ["fold"],
+        "standard": ["fold", "undo"],
+        "all": ["get_run", "fold", "undo", "export_state"],
+    }
 
 
 def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
