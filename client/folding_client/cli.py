@@ -202,9 +202,7 @@ async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
 
 
 def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
-    program = (
-        json.loads((folder / "program.json").read_text()) if (folder / "program.json").exists() else None
-    )
+    program = _read(folder / "program.json") if (folder / "program.json").exists() else None
     if as_json:
         document = {
             "run": str(folder),
