@@ -117,7 +117,7 @@ def test_workers_without_the_project_are_a_line_that_says_so(
 def test_a_scheduler_that_does_not_answer_is_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "ANSWER_SECONDS", 0.5)
+    monkeypatch.setattr(cluster, "CLUSTER_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:9", "nowhere://at-all"):
         refused = command("batch", sequence(2), "--out", tmp_path, "--dask", address)
         assert refused.returncode == 2

@@ -150,7 +150,7 @@ def _batch(
 ) -> Coroutine[Any, Any, list[BatchEntry]]:
     """The work of a batch, in this process or on a cluster."""
     if dask is None:
-        return run_batch(sequences, out, settings, jobs or 1, _Spoken())
+        return run_batch(sequences, out, settings, jobs or 1, _Printed())
     if jobs is not None:
         message = (
             "--jobs is for work in this process; with --dask the cluster has as many at a time as threads."
@@ -158,10 +158,10 @@ def _batch(
         raise UsageError(message)
     from folding_client.batch.cluster import run_on_cluster
 
-    return run_on_cluster(dask, sequences, out, settings, _Spoken())
+    return run_on_cluster(dask, sequences, out, settings, _Printed())
 
 
-class _Spoken(Listener):
+class _Printed(Listener):
     """Says on stderr how each sequence ended."""
 
     def ended(self, line: BatchEntry) -> None:

@@ -19,7 +19,7 @@ from folding_client.settings import Settings
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-ANSWER_SECONDS = 30
+CLUSTER_SECONDS = 30
 """Seconds that a scheduler has to answer, and that runs have to end after an interrupt."""
 POLL_SECONDS = 1.0
 """Seconds between two looks of a worker at whether it should stop."""
@@ -48,7 +48,7 @@ async def run_on_cluster(
         except asyncio.CancelledError:
             await stop.set()
             with suppress(TimeoutError, FuturesCancelledError):
-                await wait(futures, timeout=ANSWER_SECONDS)
+                await wait(futures, timeout=CLUSTER_SECONDS)
             raise
 
 
@@ -111,7 +111,7 @@ async def _client(address: str) -> AsyncIterator["Client"]:
             "out --dask."
         )
         raise UsageError(message) from error
-    client = Client(address, asynchronous=True, timeout=ANSWER_SECONDS)
+    client = Client(address, asynchronous=True, timeout=CLUSTER_SECONDS)
     try:
         try:
             await client

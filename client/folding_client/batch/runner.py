@@ -62,19 +62,19 @@ async def run_batch(
     """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation
     ends all and leaves each resumable.
     """
-    room = asyncio.Semaphore(jobs)
+    slots = asyncio.Semaphore(jobs)
     async with asyncio.TaskGroup() as group:
         tasks = [
-            group.create_task(_told_line(sequence, out, settings, room, listener)) for sequence in sequences
+            group.create_task(_told_line(sequence, out, settings, slots, listener)) for sequence in sequences
         ]
     return [task.result() for task in tasks]
 
 
 async def _told_line(
-    sequence: Path, out: Path, settings: Settings, room: asyncio.Semaphore, listener: Listener
+    sequence: Path, out: Path, settings: Settings, slots: asyncio.Semaphore, listener: Listener
 ) -> BatchEntry:
-    """The line of a sequence, worked on when there is room; the listener hears of it."""
-    async with room:
+    """The line of a sequence, worked on when fewer than the most are; the listener is told of it."""
+    async with slots:
         line = await batch_entry(sequence, out / sequence.resolve().name, settings)
         listener.ended(line)
         return line
