@@ -40,7 +40,7 @@ EXIT_INTERRUPTED = 130
 
 
 @app.callback()
-def _commands(_version: options.Version = False) -> None:
+def _commands(_version: options.VersionOption = False) -> None:
     """Reconstruct folding programs from photos of origami."""
 
 
