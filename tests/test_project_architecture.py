@@ -1,4 +1,4 @@
-"""The page that shows the house names only what is there."""
+"""The page that shows the architecture names only what is there."""
 
 import ast
 import re
@@ -57,15 +57,15 @@ def test_every_name_of_a_step_is_defined_in_a_file_that_the_step_names(step: str
     assert [name for name in names if name not in defined] == []
 
 
-def test_every_room_of_the_code_is_on_the_page() -> None:
-    rooms = [
+def test_every_package_of_the_code_is_on_the_page() -> None:
+    packages = [
         folder
-        for package in ("server/folding_server", "client/folding_client")
-        for folder in (ROOT / package).iterdir()
+        for root in ("server/folding_server", "client/folding_client")
+        for folder in (ROOT / root).iterdir()
         if (folder / "__init__.py").is_file()
     ]
     assert [
         folder.name
-        for folder in rooms
+        for folder in packages
         if folder not in {p for line in PAGE.splitlines() for p in paths_in(line)}
     ] == []
