@@ -239,6 +239,25 @@ def test_a_damaged_description_of_a_run_is_refused_in_one_sentence(tmp_path: Pat
     )
 
 
+def test_a_file_that_cannot_be_written_is_one_sentence_and_ends_one_sequence_of_a_batch(
+    tmp_path: Path,
+) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    for run in ("run", f"runs/{sequence(2).name}"):
+        (tmp_path / run / "program.json").mkdir(parents=True)
+    options = ("--model", model, "--server-url", server_url())
+    stopped = command("run", sequence(2), "--out", tmp_path / "run", *options)
+    assert stopped.returncode == 3
+    (said,) = [line for line in stopped.stderr.splitlines() if "frames done" not in line]
+    assert said.startswith("A file cannot be read or written: Is a directory")
+    assert said.endswith("; mend that, then go on with --resume or the same command.")
+    (tmp_path / "list.json").write_text(json.dumps([str(sequence(2)), str(sequence(3))]))
+    script(tmp_path, [save(1)], [TURN, save(2)], [TURN, save(3)])
+    batch = command("batch", tmp_path / "list.json", "--out", tmp_path / "runs", "--json", *options)
+    assert [line["status"] for line in json.loads(batch.stdout)] == ["failed", "complete"]
+    assert "Traceback" not in batch.stderr
+
+
 @pytest.fixture
 def interruptible() -> Iterator[None]:
     """Processes started meanwhile can be interrupted, though a shell that runs the tests in the background ignores that."""

@@ -20,7 +20,7 @@ from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequenc
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
-from folding_client.record.folder import RunFolder
+from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay_run
 from folding_client.settings import Settings
@@ -232,9 +232,12 @@ def _read(file: Path) -> Any:  # noqa: ANN401
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: a user's mistake is one line and exit code 2."""
+    """Entry point: a user's mistake is one line and exit code 2, a file that cannot be written one line and 3."""
     try:
         app(args=arguments)
     except Interrupt as error:
         typer.echo(redact(str(error)), err=True)
         sys.exit(2 if isinstance(error, UsageError) else EXIT_STOPPED)
+    except OSError as error:
+        typer.echo(redact(f"{file_trouble(error)}, then go on with --resume or the same command."), err=True)
+        sys.exit(EXIT_STOPPED)

@@ -9,7 +9,7 @@ from pathlib import Path
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Silent
 from folding_client.reconstruct import Job, new_job, reconstruct, resumed_job
-from folding_client.record.folder import RunFolder
+from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.settings import Settings
 
@@ -89,6 +89,8 @@ async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> Batch
         outcome = await reconstruct(_job(sequence, folder, settings), Silent())
     except Interrupt as error:
         return BatchEntry(name, "failed", redact(str(error)), 0, 0, 0.0, str(folder))
+    except OSError as error:
+        return BatchEntry(name, "failed", redact(f"{file_trouble(error)}."), 0, 0, 0.0, str(folder))
     summary = outcome.run["outcome"]
     return BatchEntry(
         name,

@@ -167,6 +167,11 @@ def picture_name(picture: Picture) -> str:
     return f"images/{hashlib.sha256(picture.data).hexdigest()[:20]}.{_SUFFIXES.get(picture.mime, 'bin')}"
 
 
+def file_trouble(error: OSError) -> str:
+    """The beginning of a sentence on a file or folder that cannot be used, such as on a full disk."""
+    return f"A file cannot be read or written: {error.strerror or error}{f' ({error.filename})' if error.filename else ''}; mend that"
+
+
 def write_atomically(path: Path, data: bytes) -> None:
     """Write a file beside its place and move it there: readers see the old content or the new, never
     a part.
