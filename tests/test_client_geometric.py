@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from client_runs import events, program, run, shortened
+from client_runs import events, program, shortened
 from folding_client.interrupts import StepHopeless, UsageError
 from folding_client.messages import Message, Reply, ToolResult, answered, tool_answer, user
 from folding_client.models.geometric import GeometricModel
@@ -86,17 +86,6 @@ def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_pat
     (overview,) = events(tmp_path / "run", "overview")
     assert (overview["last_correct_frame"], overview["first_suspicious_frame"]) == (2, 3)
     assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
-
-
-def test_an_overview_that_the_server_refuses_does_not_end_the_run(tmp_path: Path) -> None:
-    """Photos without a square can be looked at, but nothing can be compared with them."""
-    steps = [[("save_checkpoint", {"frame": 1})], [("generate_checkpoint_overview", {})]]
-    model = scripted(tmp_path, *steps, [("rotate", {"angle": 45.0}), ("save_checkpoint", {"frame": 2})])
-    outcome = run(2, tmp_path / "run", model=model, overview="geometric")
-    assert outcome.status == "complete"
-    (overview,) = events(tmp_path / "run", "overview")
-    assert not overview["readable"]
-    assert "cannot be compared with their photos: " in overview["recommendation"]
 
 
 def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever_attempts_grew_from(

@@ -1,16 +1,11 @@
 """The paper's ablation variants, and solved examples in context, against a scripted provider."""
 
-import asyncio
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from client_runs import MATCH, MISMATCH, events, figure, program, resume, run, sequence
-from folding_client.progress import Silent
-from folding_client.reconstruct import new_job, reconstruct
-from folding_client.settings import Settings
+from client_runs import MATCH, MISMATCH, events, figure, program, resume, run
 from folding_client.variants.few_shot import solved_examples
 from providers.base import Says
 from providers.openai import OpenAI
@@ -65,19 +60,6 @@ def test_vlm_s_asks_once_more_for_a_plan_that_cannot_be_carried_out_then_stops(t
     with OpenAI(turn(45)) as provider:
         assert resume(tmp_path / "run", api_base=provider.url).status == "complete"
     assert program(tmp_path / "run") == [[{"action": "rotate", "angle": 45.0}]]
-
-
-def test_a_call_of_the_clients_own_that_is_refused_is_a_clean_stop(tmp_path: Path) -> None:
-    shutil.copytree(sequence(2), tmp_path / "plain")
-    (tmp_path / "plain" / "frames" / "000001.jpg").write_bytes(b"a letter, not a picture")
-    (tmp_path / "script.json").write_text("[]")
-    settings = Settings(model=f"scripted:{tmp_path / 'script.json'}", variant="vlm-s")
-    job = new_job(tmp_path / "plain", tmp_path / "run", settings)
-    stopped = asyncio.run(reconstruct(job, Silent()))
-    assert (stopped.status, stopped.run["outcome"]["frames_saved"]) == ("stopped", 1)
-    assert "000001.jpg" in stopped.reason
-    assert [event["status"] for event in events(tmp_path / "run", "ended")] == ["stopped"]
-    assert program(tmp_path / "run") == []
 
 
 def test_vlm_s_c_gives_the_critic_s_words_back_and_saves_a_match(tmp_path: Path) -> None:
