@@ -92,6 +92,7 @@ def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None
         (["run", "."], "holds no keyframes.json"),
         (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),
         (["run", "SEQUENCE", "--model", "scripted:nothing.json"], "Cannot read the script nothing.json"),
+        (["run", "SEQUENCE", "--model", "scripted:~nobody-here/a.json"], "a user who has no folder here"),
         (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
         (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
         (["run", "SEQUENCE", "--thinking-budget", "500"], "give 0, or 1024 and more"),
@@ -227,18 +228,6 @@ def test_settings_of_another_version_are_refused_in_one_sentence(tmp_path: Path)
     assert len(refused.stderr.strip().splitlines()) == 1
 
 
-def test_a_damaged_description_of_a_run_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    (tmp_path / "run.json").write_text(
-        json.dumps({"format": 1, "sequence": {}, "models": {}, "settings": {}})
-    )
-    refused = command("run", "--resume", tmp_path)
-    assert refused.returncode == 2
-    assert (
-        refused.stderr
-        == f"{tmp_path / 'run.json'} says nothing of outcome, so the record is damaged; start a new run.\n"
-    )
-
-
 def test_a_file_that_cannot_be_written_is_one_sentence_and_ends_one_sequence_of_a_batch(
     tmp_path: Path,
 ) -> None:
@@ -326,6 +315,9 @@ def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tm
         command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url()).returncode
         == 0
     )
+    moved = command("replay", run, "--sequence", tmp_path)
+    assert moved.returncode == 2
+    assert "where the run's sequence is now with --sequence" in moved.stderr
     same = command("replay", run)
     assert same.returncode == 0, same.stdout
     assert "0 answered differently" in same.stdout

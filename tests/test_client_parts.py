@@ -18,6 +18,7 @@ from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
 from folding_client.models.scripted import load_script
 from folding_client.record.event_log import EventLog, read_events
+from folding_client.record.folder import RunFolder
 from folding_client.record.redaction import redact
 from folding_client.roles.reply_parsing import CriticReply, OverviewReply, read_form, read_label
 from folding_client.settings import ToolSet
@@ -179,6 +180,13 @@ def test_a_damaged_log_is_named_with_its_line(tmp_path: Path, line: str) -> None
     (tmp_path / "events.jsonl").write_text(f'{{"seq": 1, "kind": "opened"}}\n{line}\n', encoding="latin-1")
     with pytest.raises(UsageError, match="Line 2"):
         list(read_events(tmp_path / "events.jsonl"))
+
+
+def test_a_damaged_description_of_a_run_is_named_with_what_is_missing(tmp_path: Path) -> None:
+    about = {"format": 1, "sequence": {}, "models": {}, "settings": {}}
+    (tmp_path / "run.json").write_text(json.dumps(about))
+    with pytest.raises(UsageError, match="says nothing of outcome, so the record is damaged"):
+        RunFolder(tmp_path).description()
 
 
 @given(st.text(min_size=8).filter(lambda text: text.strip() and "redacted" not in text))
