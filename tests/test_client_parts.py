@@ -186,7 +186,7 @@ def test_a_damaged_description_of_a_run_is_named_with_what_is_missing(tmp_path: 
     about = {"format": 1, "sequence": {}, "models": {}, "settings": {}}
     (tmp_path / "run.json").write_text(json.dumps(about))
     with pytest.raises(UsageError, match="says nothing of outcome, so the record is damaged"):
-        RunFolder(tmp_path).description()
+        RunFolder(tmp_path).description("settings", "outcome")
 
 
 @given(st.text(min_size=8).filter(lambda text: text.strip() and "redacted" not in text))

@@ -77,7 +77,7 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
     UsageError if the sequence or a model given is not the run's, or the run is complete.
     """
     folder = RunFolder(path.expanduser().resolve())
-    folder.description()
+    folder.description("settings", "outcome")
     folder.hold()
     try:
         return _resumed_job(path, folder, sequence, settings)
@@ -87,7 +87,7 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
 
 
 def _resumed_job(path: Path, folder: RunFolder, sequence: Path | None, settings: Settings) -> Job:
-    about = folder.description()
+    about = folder.description("settings", "outcome")
     recorded = Path(about["sequence"]["folder"])
     if sequence is not None and sequence.expanduser().resolve() != recorded:
         message = (

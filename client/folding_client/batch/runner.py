@@ -115,7 +115,7 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | 
     """The line of a run that is complete and is what is asked for."""
     if not (folder / "run.json").exists():
         return None
-    about = RunFolder(folder).description()
+    about = RunFolder(folder).description("models", "outcome")
     summary = about["outcome"]
     if summary["status"] != "complete":
         return None

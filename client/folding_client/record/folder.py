@@ -17,8 +17,6 @@ from folding_client.record.redaction import redact
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-_PARTS = ("sequence", "models", "settings", "outcome")
-"""The objects of ``run.json`` that a run cannot go on without."""
 _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/svg+xml": "svg"}
 
 
@@ -140,8 +138,10 @@ class RunFolder:
         write_atomically(self.path / name, redact(text).encode("utf-8"))
         return self.path / name
 
-    def description(self) -> dict[str, Any]:
-        """What ``run.json`` says. UsageError if there is none or it cannot be read."""
+    def description(self, *needed: str) -> dict[str, Any]:
+        """What ``run.json`` says. UsageError if there is none, it cannot be read, or an object that is ``needed``
+        besides the sequence is missing.
+        """
         file = self.path / "run.json"
         try:
             data = json.loads(file.read_text(encoding="utf-8"))
@@ -156,7 +156,7 @@ class RunFolder:
         if not isinstance(data, dict) or data.get("format") != 1:
             message = f"{file} is not a run of format 1; start a new run or use the version that wrote it."
             raise UsageError(message)
-        if missing := [part for part in _PARTS if not isinstance(data.get(part), dict)]:
+        if missing := [part for part in ("sequence", *needed) if not isinstance(data.get(part), dict)]:
             message = f"{file} says nothing of {missing[0]}, so the record is damaged; start a new run."
             raise UsageError(message)
         return data
