@@ -100,10 +100,24 @@ def test_the_command_takes_the_address_of_a_scheduler(tmp_path: Path, scheduler:
     assert "--jobs is for work in this process" in refused.stderr
 
 
+def test_workers_without_the_project_are_a_line_that_says_so(
+    tmp_path: Path, scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def work_without_the_project(*_: object) -> BatchEntry:
+        raise ModuleNotFoundError("No module named 'folding_client'")
+
+    monkeypatch.setattr(cluster, "work_on", work_without_the_project)
+    batch = run_on_cluster(scheduler, [sequence(2), sequence(3)], tmp_path, settings(), Listener())
+    lines = asyncio.run(batch)
+    assert [line.status for line in lines] == ["failed", "failed"]
+    assert "No module named 'folding_client'" in lines[0].reason
+    assert "this version of the project" in lines[0].reason
+
+
 def test_a_scheduler_that_does_not_answer_is_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(cluster, "CLUSTER_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:9", "nowhere://at-all"):
         refused = command("batch", sequence(2), "--out", tmp_path, "--dask", address)
         assert refused.returncode == 2

@@ -92,6 +92,7 @@ def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None
         (["run", "."], "holds no keyframes.json"),
         (["run", "SEQUENCE", "--model", "gpt"], "There is no model 'gpt'"),
         (["run", "SEQUENCE", "--model", "scripted:nothing.json"], "Cannot read the script nothing.json"),
+        (["run", "SEQUENCE", "--model", "scripted:~nobody-here/a.json"], "a user who has no folder here"),
         (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
         (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
         (["run", "SEQUENCE", "--thinking-budget", "500"], "give 0, or 1024 and more"),
@@ -137,6 +138,25 @@ def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path
     assert (tmp_path / "run" / "sequence" / "contact_sheet.png").is_file()
 
 
+@pytest.mark.usefixtures("interruptible")
+def test_a_video_whose_search_is_interrupted_leaves_no_run(tmp_path: Path) -> None:
+    video = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]).path
+    run = tmp_path / "runs" / "run"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "folding_client", "run", str(video), "--out", str(run)],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not run.exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "Interrupted; no run has begun.\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
+
+
 def test_a_video_that_cannot_be_used_leaves_no_run(tmp_path: Path) -> None:
     (tmp_path / "letter.mp4").write_text("a letter, not a film\n" * 40)
     failed = command("run", tmp_path / "letter.mp4", "--out", tmp_path / "run")
@@ -179,6 +199,9 @@ def test_a_resumed_run_keeps_its_model_and_its_sequence(tmp_path: Path) -> None:
     other_model = command("run", "--resume", run, "--model", "geometric")
     assert other_model.returncode == 2
     assert "was made with model" in other_model.stderr
+    other_folder = command("run", "--resume", run, "--out", tmp_path / "other")
+    assert other_folder.returncode == 2
+    assert "leave out --out" in other_folder.stderr
     other_sequence = command("run", sequence(3), "--resume", run)
     assert other_sequence.returncode == 2
     assert "is a run of" in other_sequence.stderr
@@ -203,6 +226,25 @@ def test_settings_of_another_version_are_refused_in_one_sentence(tmp_path: Path)
     assert refused.returncode == 2
     assert "no_such_setting" in refused.stderr
     assert len(refused.stderr.strip().splitlines()) == 1
+
+
+def test_a_file_that_cannot_be_written_is_one_sentence_and_ends_one_sequence_of_a_batch(
+    tmp_path: Path,
+) -> None:
+    model = script(tmp_path, [save(1)], [TURN, save(2)])
+    for run in ("run", f"runs/{sequence(2).name}"):
+        (tmp_path / run / "program.json").mkdir(parents=True)
+    options = ("--model", model, "--server-url", server_url())
+    stopped = command("run", sequence(2), "--out", tmp_path / "run", *options)
+    assert stopped.returncode == 3
+    (said,) = [line for line in stopped.stderr.splitlines() if "frames done" not in line]
+    assert said.startswith("A file cannot be read or written: Is a directory")
+    assert said.endswith("; mend that, then go on with --resume or the same command.")
+    (tmp_path / "list.json").write_text(json.dumps([str(sequence(2)), str(sequence(3))]))
+    script(tmp_path, [save(1)], [TURN, save(2)], [TURN, save(3)])
+    batch = command("batch", tmp_path / "list.json", "--out", tmp_path / "runs", "--json", *options)
+    assert [line["status"] for line in json.loads(batch.stdout)] == ["failed", "complete"]
+    assert "Traceback" not in batch.stderr
 
 
 @pytest.fixture
@@ -273,6 +315,9 @@ def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tm
         command("run", sequence(2), "--model", model, "--out", run, "--server-url", server_url()).returncode
         == 0
     )
+    moved = command("replay", run, "--sequence", tmp_path)
+    assert moved.returncode == 2
+    assert "where the run's sequence is now with --sequence" in moved.stderr
     same = command("replay", run)
     assert same.returncode == 0, same.stdout
     assert "0 answered differently" in same.stdout

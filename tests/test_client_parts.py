@@ -6,18 +6,22 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures
+from folding_client.agent.tool_selection import on_offer
 from folding_client.batch.runner import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
 from folding_client.models.scripted import load_script
 from folding_client.record.event_log import EventLog, read_events
+from folding_client.record.folder import RunFolder
 from folding_client.record.redaction import redact
 from folding_client.roles.reply_parsing import CriticReply, OverviewReply, read_form, read_label
+from folding_client.settings import ToolSet
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -142,6 +146,17 @@ def test_arguments_pass_only_if_the_schema_takes_them(arguments: dict[str, objec
         assert fits
 
 
+def test_no_set_offers_tools_that_leave_the_run_or_tell_of_others() -> None:
+    names = ("list_runs", "open_run", "get_run", "fold", "undo", "commit_attempt", "export_state")
+    tools = [ToolSpec(name, "", {}) for name in names]
+    offered = {which: [tool.name for tool in on_offer(tools, which)] for which in get_args(ToolSet)}
+    assert offered == {
+        "paper": ["fold"],
+        "standard": ["fold", "undo"],
+        "all": ["get_run", "fold", "undo", "export_state"],
+    }
+
+
 def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
     file = tmp_path / "events.jsonl"
     log = EventLog(file)
@@ -160,10 +175,18 @@ def test_a_log_goes_on_after_a_line_that_was_cut_off(tmp_path: Path) -> None:
     ]
 
 
-def test_a_damaged_log_is_named_with_its_line(tmp_path: Path) -> None:
-    (tmp_path / "events.jsonl").write_text('{"seq": 1}\nnonsense\n')
+@pytest.mark.parametrize("line", ["nonsense", "[1]", '{"seq": 2}', "\xff"])
+def test_a_damaged_log_is_named_with_its_line(tmp_path: Path, line: str) -> None:
+    (tmp_path / "events.jsonl").write_text(f'{{"seq": 1, "kind": "opened"}}\n{line}\n', encoding="latin-1")
     with pytest.raises(UsageError, match="Line 2"):
         list(read_events(tmp_path / "events.jsonl"))
+
+
+def test_a_damaged_description_of_a_run_is_named_with_what_is_missing(tmp_path: Path) -> None:
+    about = {"format": 1, "sequence": {}, "models": {}, "settings": {}}
+    (tmp_path / "run.json").write_text(json.dumps(about))
+    with pytest.raises(UsageError, match="says nothing of outcome, so the record is damaged"):
+        RunFolder(tmp_path).description("settings", "outcome")
 
 
 @given(st.text(min_size=8).filter(lambda text: text.strip() and "redacted" not in text))

@@ -103,7 +103,7 @@ def test_vlm_cp_predicts_a_crease_pattern_for_every_frame(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("broken", "words"),
     [
-        ({**SQUARE, "edges_assignment": ["B"]}, "4 edges have 1 letters"),
+        ({**SQUARE, "edges_assignment": ["B"]}, "4 edges have 1 assignments"),
         ({**SQUARE, "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 9]]}, "names a vertex that is not there"),
         ({**SQUARE, "edges_assignment": ["B", "B", "B", "X"]}, "edges_assignment.3"),
     ],

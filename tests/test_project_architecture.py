@@ -1,4 +1,4 @@
-"""The page that shows the packages names only what is there."""
+"""The page that shows the architecture names only what is there."""
 
 import ast
 import re
@@ -60,8 +60,8 @@ def test_every_name_of_a_step_is_defined_in_a_file_that_the_step_names(step: str
 def test_every_package_of_the_code_is_on_the_page() -> None:
     packages = [
         folder
-        for parent in ("server/folding_server", "client/folding_client")
-        for folder in (ROOT / parent).iterdir()
+        for root in ("server/folding_server", "client/folding_client")
+        for folder in (ROOT / root).iterdir()
         if (folder / "__init__.py").is_file()
     ]
     assert [

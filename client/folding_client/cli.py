@@ -20,7 +20,7 @@ from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequenc
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Shown
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
-from folding_client.record.folder import RunFolder
+from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay_run
 from folding_client.settings import Settings
@@ -40,7 +40,7 @@ EXIT_INTERRUPTED = 130
 
 
 @app.callback()
-def _commands(_version: options.Version = False) -> None:
+def _commands(_version: options.VersionOption = False) -> None:
     """Reconstruct folding programs from photos of origami."""
 
 
@@ -68,7 +68,9 @@ def run(
 
 
 async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
-    """The sequence folder of a video, written into the run folder to be."""
+    """The sequence folder of a video, written into the run folder to be; nothing is left of it if that fails or is
+    cut short.
+    """
     if settings.server_url is not None:
         message = (
             f"A running server cannot be handed the video {video.name}; leave out --server-url, or write its "
@@ -79,7 +81,7 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
     folder.claim()
     try:
         return await sequence_of_video(video, out / "sequence", partial(typer.echo, err=True))
-    except UsageError:
+    except (UsageError, asyncio.CancelledError):
         folder.discard()
         raise
     finally:
@@ -88,6 +90,9 @@ async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
 
 def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:
     if resume is not None:
+        if out is not None:
+            message = f"A run goes on in its own folder, {resume}; leave out --out, or start a new run without --resume."
+            raise UsageError(message)
         return resumed_job(resume, sequence, settings)
     if sequence is not None:
         return new_job(sequence, out, settings)
@@ -145,7 +150,7 @@ def _batch(
 ) -> Coroutine[Any, Any, list[BatchEntry]]:
     """The work of a batch, in this process or on a cluster."""
     if dask is None:
-        return run_batch(sequences, out, settings, jobs or 1, _Spoken())
+        return run_batch(sequences, out, settings, jobs or 1, _Printed())
     if jobs is not None:
         message = (
             "--jobs is for work in this process; with --dask the cluster has as many at a time as threads."
@@ -153,10 +158,10 @@ def _batch(
         raise UsageError(message)
     from folding_client.batch.cluster import run_on_cluster
 
-    return run_on_cluster(dask, sequences, out, settings, _Spoken())
+    return run_on_cluster(dask, sequences, out, settings, _Printed())
 
 
-class _Spoken(Listener):
+class _Printed(Listener):
     """Says on stderr how each sequence ended."""
 
     def ended(self, line: BatchEntry) -> None:
@@ -197,9 +202,7 @@ async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
 
 
 def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
-    program = (
-        json.loads((folder / "program.json").read_text()) if (folder / "program.json").exists() else None
-    )
+    program = _read(folder / "program.json") if (folder / "program.json").exists() else None
     if as_json:
         document = {
             "run": str(folder),
@@ -229,9 +232,12 @@ def _read(file: Path) -> Any:  # noqa: ANN401
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: a user's mistake is one line and exit code 2."""
+    """Entry point: a user's mistake is one line and exit code 2, a file that cannot be written one line and 3."""
     try:
         app(args=arguments)
     except Interrupt as error:
         typer.echo(redact(str(error)), err=True)
         sys.exit(2 if isinstance(error, UsageError) else EXIT_STOPPED)
+    except OSError as error:
+        typer.echo(redact(f"{file_trouble(error)}, then go on with --resume or the same command."), err=True)
+        sys.exit(EXIT_STOPPED)

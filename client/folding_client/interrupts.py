@@ -3,7 +3,7 @@
 Interrupt
 ├── NothingCalled        a reply without a tool call: the model is nudged, the third time rewound
 ├── CallRefused          a call that cannot be sent: the reason goes back to the model as the call's result
-├── ToolRefused          the server refused a call of the client's own
+├── ToolRefused          the server refused a call of the client's own: where nothing else can be done, a clean stop
 ├── ConnectionLost       the server went away before it answered: it is started again and asked again
 ├── StepOver             a frame was saved: the next step starts from a fresh context
 ├── AttemptsUsedUp       the frame's budget is spent: the selector picks among the attempts

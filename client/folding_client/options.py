@@ -24,7 +24,7 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-Version = Annotated[
+VersionOption = Annotated[
     bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
 ]
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY

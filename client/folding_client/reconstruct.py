@@ -77,7 +77,7 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
     UsageError if the sequence or a model given is not the run's, or the run is complete.
     """
     folder = RunFolder(path.expanduser().resolve())
-    folder.description()
+    folder.description("settings", "outcome")
     folder.hold()
     try:
         return _resumed_job(path, folder, sequence, settings)
@@ -87,7 +87,7 @@ def resumed_job(path: Path, sequence: Path | None, settings: Settings) -> Job:
 
 
 def _resumed_job(path: Path, folder: RunFolder, sequence: Path | None, settings: Settings) -> Job:
-    about = folder.description()
+    about = folder.description("settings", "outcome")
     recorded = Path(about["sequence"]["folder"])
     if sequence is not None and sequence.expanduser().resolve() != recorded:
         message = (
@@ -163,7 +163,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         role_models = make_role_models(job.settings, recorder)
         async with _server(job, recorder) as server:
             return await _worked(job, role_models, server, recorder, progress)
-    except RunStopped as stop:
+    except (RunStopped, ToolRefused) as stop:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
         _ended(recorder, "interrupted", "interrupted; resume to go on")
@@ -181,7 +181,7 @@ async def _worked(
     )
     try:
         info = await worker.run()
-    except RunStopped as stop:
+    except (RunStopped, ToolRefused) as stop:
         recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
         if worker.simulates:
             await _save_what_is_there(server, recorder)

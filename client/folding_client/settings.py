@@ -74,8 +74,8 @@ class Settings(BaseModel):
 
     def role(self, role: ModelRole) -> str:
         """The model id for a role."""
-        chosen: str | None = self.speaker if role == "agent" else getattr(self, role)
-        return chosen or self.speaker
+        chosen: str | None = self.asked_model if role == "agent" else getattr(self, role)
+        return chosen or self.asked_model
 
     @property
     def hybrid(self) -> bool:
@@ -83,7 +83,7 @@ class Settings(BaseModel):
         return self.model.startswith(HYBRID)
 
     @property
-    def speaker(self) -> str:
+    def asked_model(self) -> str:
         """The model that is asked: that behind a hybrid, which is a litellm id unless it says otherwise."""
         behind = self.model.removeprefix(HYBRID)
         known = not self.hybrid or behind.startswith(("litellm/", "scripted:"))
@@ -92,7 +92,7 @@ class Settings(BaseModel):
     @property
     def tool_set(self) -> ToolSet:
         """The tools that the model is offered: the standard ones if it is a language model, else all."""
-        return self.tools or ("standard" if self.speaker.startswith("litellm/") else "all")
+        return self.tools or ("standard" if self.asked_model.startswith("litellm/") else "all")
 
     def described(self) -> dict[str, dict[str, Any]]:
         """The settings as ``run.json`` states them: those given, and those that defaulted."""

@@ -9,11 +9,12 @@ from mcp.client.stdio import get_default_environment
 
 from folding_client.interrupts import UsageError
 
-_SPEAKER = "foldingagent-server: "
+_REFUSAL = "foldingagent-server: "
+"""What the line begins with in which the server says why it cannot."""
 
 
 async def sequence_of_video(video: Path, folder: Path, say: Callable[[str], None]) -> Path:
-    """The new sequence folder with the keyframes of a video; ``say`` hears how far the search is.
+    """The new sequence folder with the keyframes of a video; ``say`` is given how far the search is.
 
     UsageError, in the server's words, if the video or the folder cannot be used; no folder is left then.
     """
@@ -26,11 +27,12 @@ async def sequence_of_video(video: Path, folder: Path, say: Callable[[str], None
         env=get_default_environment(),
     )
     try:
-        refusal = await _heard(process, say)
+        refusal = await _refusal_of(process, say)
         code = await process.wait()
     finally:
         if process.returncode is None:
             process.kill()
+            await process.wait()
     if code != 0:
         raise UsageError(
             refusal or f"The keyframes of {video.name} cannot be found: the server ended with {code}."
@@ -38,14 +40,14 @@ async def sequence_of_video(video: Path, folder: Path, say: Callable[[str], None
     return folder
 
 
-async def _heard(process: asyncio.subprocess.Process, say: Callable[[str], None]) -> str:
+async def _refusal_of(process: asyncio.subprocess.Process, say: Callable[[str], None]) -> str:
     """What the process complains of in the end; everything else that it writes is said on."""
     refusal = ""
     if process.stderr is not None:
         async for line in process.stderr:
             text = line.decode(errors="replace").rstrip()
-            if text.startswith(_SPEAKER):
-                refusal = text.removeprefix(_SPEAKER)
+            if text.startswith(_REFUSAL):
+                refusal = text.removeprefix(_REFUSAL)
             else:
                 say(text)
     return refusal

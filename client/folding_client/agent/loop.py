@@ -80,7 +80,7 @@ class Agent:
         self._failed = 0
 
     async def run(self) -> RunInfo:
-        """Work until every frame is saved. RunStopped if something ends the run before."""
+        """Work until every frame is saved. RunStopped or ToolRefused if something ends the run before."""
         while not (info := await self._server.where()).complete:
             self._recorder.outcome("running", "", len(info.saved), info.frames)
             await self._step(info)

@@ -29,7 +29,7 @@ STANDARD_TOOLS = PAPER_TOOLS | {"undo", "compare_to_frame"}
 PROPOSING = frozenset({"propose_actions"})
 """What is on offer beside a set where a solver works before the model."""
 NOT_OFFERED = frozenset({"list_sequences", "list_runs", "open_run", "commit_attempt", "show_model"})
-"""Tools that would leave the run, take a decision that is the controller's, or show what only people see."""
+"""Tools that would leave the run or tell of others, take a decision that is the controller's, or show what only people see."""
 
 
 def on_offer(tools: Iterable[ToolSpec], which: ToolSet, also: frozenset[str] = frozenset()) -> list[ToolSpec]:

@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from folding_client.batch.runner import BatchEntry, Listener, batch_entry
 from folding_client.interrupts import UsageError
+from folding_client.record.redaction import redact
 from folding_client.settings import Settings
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-PATIENCE = 30
+CLUSTER_SECONDS = 30
 """Seconds that a scheduler has to answer, and that runs have to end after an interrupt."""
-GLANCE = 1.0
+POLL_SECONDS = 1.0
 """Seconds between two looks of a worker at whether it should stop."""
 
 
@@ -41,13 +42,13 @@ async def run_on_cluster(
             client.submit(work_on, str(each), str(out / each.name), given, stop.name, pure=False)
             for each in folders
         ]
-        hearing = [_heard(*pair, listener) for pair in zip(folders, futures, strict=True)]
+        reports = [_reported(*pair, listener) for pair in zip(folders, futures, strict=True)]
         try:
-            return list(await asyncio.gather(*hearing))
+            return list(await asyncio.gather(*reports))
         except asyncio.CancelledError:
             await stop.set()
             with suppress(TimeoutError, FuturesCancelledError):
-                await wait(futures, timeout=PATIENCE)
+                await wait(futures, timeout=CLUSTER_SECONDS)
             raise
 
 
@@ -62,7 +63,7 @@ async def _unless_stopped(sequence: Path, folder: Path, settings: Settings, stop
 
     told = Event(stop)
     work = asyncio.ensure_future(batch_entry(sequence, folder, settings))
-    while not (await asyncio.wait({work}, timeout=GLANCE))[0] and not told.is_set():
+    while not (await asyncio.wait({work}, timeout=POLL_SECONDS))[0] and not told.is_set():
         pass
     if not work.done():
         work.cancel()
@@ -70,19 +71,30 @@ async def _unless_stopped(sequence: Path, folder: Path, settings: Settings, stop
     return _failed(sequence, folder, "interrupted") if work.cancelled() else work.result()
 
 
-async def _heard(sequence: Path, future: "Future[BatchEntry]", listener: Listener) -> BatchEntry:
-    """The line of a sequence as its worker reports it; a line that says so if no worker lived to report it."""
-    from distributed import KilledWorker
+async def _reported(sequence: Path, future: "Future[BatchEntry]", listener: Listener) -> BatchEntry:
+    """The line of a sequence as its worker reports it; a line that says so if no worker could report it."""
     from distributed.client import FutureCancelledError
 
     try:
-        line: BatchEntry = await future
-    except KilledWorker:
-        line = _failed(sequence, None, "every worker that had it died; the same command goes on from here")
+        error = await future.exception()
+        line: BatchEntry = await future if error is None else _failed(sequence, None, _why(error))
     except FutureCancelledError:
         line = _failed(sequence, None, "the scheduler is gone; the same command goes on from here")
     listener.ended(line)
     return line
+
+
+def _why(error: BaseException) -> str:
+    """Why a worker did not report."""
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        return "every worker that had it died; the same command goes on from here"
+    said = redact(f"{type(error).__name__}: {error}")
+    return (
+        f"its worker failed ({said}); see that the workers run this version of the project, then give the same "
+        "command again"
+    )
 
 
 def _failed(sequence: Path, folder: Path | None, reason: str) -> BatchEntry:
@@ -95,10 +107,11 @@ async def _client(address: str) -> AsyncIterator["Client"]:
         from distributed import Client
     except ImportError as error:
         message = (
-            "--dask needs Dask, which is not installed: run scripts/setup dask, or pip install distributed."
+            "--dask needs Dask, which is not installed; install it with pip install 'foldingagent-mcp[dask]', or leave "
+            "out --dask."
         )
         raise UsageError(message) from error
-    client = Client(address, asynchronous=True, timeout=PATIENCE)
+    client = Client(address, asynchronous=True, timeout=CLUSTER_SECONDS)
     try:
         try:
             await client

@@ -9,7 +9,7 @@ from pathlib import Path
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Silent
 from folding_client.reconstruct import Job, new_job, reconstruct, resumed_job
-from folding_client.record.folder import RunFolder
+from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.settings import Settings
 
@@ -62,19 +62,19 @@ async def run_batch(
     """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation
     ends all and leaves each resumable.
     """
-    room = asyncio.Semaphore(jobs)
+    slots = asyncio.Semaphore(jobs)
     async with asyncio.TaskGroup() as group:
         tasks = [
-            group.create_task(_told_line(sequence, out, settings, room, listener)) for sequence in sequences
+            group.create_task(_told_line(sequence, out, settings, slots, listener)) for sequence in sequences
         ]
     return [task.result() for task in tasks]
 
 
 async def _told_line(
-    sequence: Path, out: Path, settings: Settings, room: asyncio.Semaphore, listener: Listener
+    sequence: Path, out: Path, settings: Settings, slots: asyncio.Semaphore, listener: Listener
 ) -> BatchEntry:
-    """The line of a sequence, worked on when there is room; the listener hears of it."""
-    async with room:
+    """The line of a sequence, worked on when fewer than the most are; the listener is told of it."""
+    async with slots:
         line = await batch_entry(sequence, out / sequence.resolve().name, settings)
         listener.ended(line)
         return line
@@ -89,6 +89,8 @@ async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> Batch
         outcome = await reconstruct(_job(sequence, folder, settings), Silent())
     except Interrupt as error:
         return BatchEntry(name, "failed", redact(str(error)), 0, 0, 0.0, str(folder))
+    except OSError as error:
+        return BatchEntry(name, "failed", redact(f"{file_trouble(error)}."), 0, 0, 0.0, str(folder))
     summary = outcome.run["outcome"]
     return BatchEntry(
         name,
@@ -113,7 +115,7 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | 
     """The line of a run that is complete and is what is asked for."""
     if not (folder / "run.json").exists():
         return None
-    about = RunFolder(folder).description()
+    about = RunFolder(folder).description("models", "outcome")
     summary = about["outcome"]
     if summary["status"] != "complete":
         return None

@@ -30,7 +30,7 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         keep = partial(write_search, recorder.folder)
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
     if spec.startswith("scripted:"):
-        replies = load_script(Path(spec.removeprefix("scripted:")).expanduser(), role)
+        replies = load_script(Path(spec.removeprefix("scripted:")), role)
         said = _replies_before_the_last_step(role, read_events(recorder.folder.events))
         return ScriptedModel(spec, replies, said)
     if spec.startswith("litellm/") and len(spec) > len("litellm/"):

@@ -38,7 +38,7 @@ def litellm() -> ModuleType:
 
 
 class LitellmModel:
-    """A provider's model. ``note`` hears of each wait before a query is sent again.
+    """A provider's model. ``note`` is told of each wait before a query is sent again.
 
     UsageError if litellm knows no such provider.
     """

@@ -36,7 +36,7 @@ class Transient(Exception):
 async def with_retries(
     policy: RetryPolicy, send: Callable[[], Awaitable[_Answer]], note: Callable[[str, float], None]
 ) -> _Answer:
-    """The answer of ``send``, which is called again after a ``Transient``; ``note`` hears of each wait.
+    """The answer of ``send``, which is called again after a ``Transient``; ``note`` is told of each wait.
 
     ProviderDown after the last try, or if the provider asks to wait longer than the policy allows.
     """
@@ -72,7 +72,7 @@ def _report(note: Callable[[str, float], None], state: RetryCallState) -> None:
 
 
 def _gives_up(policy: RetryPolicy) -> Callable[[RetryCallState], bool]:
-    """After the last try, or when the provider asks for more patience than there is."""
+    """After the last try, or when the provider asks to wait longer than the policy allows."""
     return lambda state: (
         state.attempt_number >= policy.tries or ((_failure(state).retry_after or 0.0) > policy.longest_wait)
     )

@@ -70,6 +70,11 @@ class ScriptedModel:
 
 def load_script(path: Path, role: str) -> list[Reply]:
     """The replies of one role in a script or a recorded run. UsageError if it cannot be read."""
+    try:
+        path = path.expanduser()
+    except RuntimeError as error:
+        message = f"Cannot read the script {path}: it begins with a user who has no folder here."
+        raise UsageError(message) from error
     if path.is_dir() or path.name == "events.jsonl":
         return recorded_replies(read_events(path / "events.jsonl" if path.is_dir() else path), role)
     try:

@@ -38,7 +38,8 @@ class ServerAddress:
     sequences: Path
     data: Path
     url: str | None = None
-    patience: float = 600.0
+    timeout: float = 600.0
+    """Seconds that an answer may take."""
 
     def command(self) -> StdioServerParameters:
         """The process to start. It gets no variable of this environment beyond what a shell needs."""
@@ -107,10 +108,10 @@ class Connection:
 
     def _client(self) -> Client:
         if self._address.url is not None:
-            over_http = _over_http(self._address.url, self._address.patience)
-            return Client(over_http, read_timeout_seconds=self._address.patience)
+            over_http = _over_http(self._address.url, self._address.timeout)
+            return Client(over_http, read_timeout_seconds=self._address.timeout)
         transport = stdio_client(self._address.command(), errlog=self._log)
-        return Client(transport, read_timeout_seconds=self._address.patience)
+        return Client(transport, read_timeout_seconds=self._address.timeout)
 
     async def _serve(self) -> None:
         async with self._client() as client:
@@ -138,14 +139,14 @@ class Connection:
 
 
 @contextlib.asynccontextmanager
-async def _over_http(url: str, patience: float) -> AsyncIterator[Any]:
+async def _over_http(url: str, seconds: float) -> AsyncIterator[Any]:
     """A transport that shows the server the token in the environment, if there is one."""
     token = os.environ.get(TOKEN_VARIABLE, "").strip()
     headers = {"Authorization": f"Bearer {token}"} if token else {}
-    timeout = httpx2.Timeout(_CONNECT_SECONDS, read=patience)
+    limits = httpx2.Timeout(_CONNECT_SECONDS, read=seconds)
     hooks = {"response": [_refuse_no_token]}
     async with (
-        httpx2.AsyncClient(headers=headers, timeout=timeout, event_hooks=hooks) as web,
+        httpx2.AsyncClient(headers=headers, timeout=limits, event_hooks=hooks) as web,
         streamable_http_client(url, http_client=web, max_sse_event_size=None) as streams,
     ):
         yield streams

@@ -1,4 +1,4 @@
-"""A call of the client's with its name: what was on its way when server or client died is asked again."""
+"""A call of the client's with its request id: what was on its way when server or client died is asked again."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -64,8 +64,12 @@ class ServerClient:
         try:
             await self._connection.open()
         except ConnectionLost as error:
-            what = f"cannot be reached at {self._address.url}" if self._address.url else "does not start"
-            message = f"The folding server {what} ({error}); see server.log in the run folder."
+            message = f"The folding server does not start ({error}); see server.log in the run folder."
+            if self._address.url is not None:
+                message = (
+                    f"The folding server cannot be reached at {self._address.url} ({error}); mend that or give another "
+                    "--server-url, then resume."
+                )
             raise ServerGone(message) from error
 
     async def close(self) -> None:

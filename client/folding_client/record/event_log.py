@@ -61,13 +61,22 @@ def read_events(path: Path) -> Iterator[Event]:
         )
         raise UsageError(message) from error
     for number, line in enumerate(lines[:-1], start=1):
-        try:
-            yield json.loads(line)
-        except ValueError as error:
+        event = _event(line)
+        if event is None:
             message = (
-                f"Line {number} of {path} is not JSON, so the record is damaged; use another run folder."
+                f"Line {number} of {path} is no event, so the record is damaged; use another run folder."
             )
-            raise UsageError(message) from error
+            raise UsageError(message)
+        yield event
+
+
+def _event(line: bytes) -> Event | None:
+    """The event that a line of a log states; None if it states none."""
+    try:
+        event = json.loads(line)
+    except ValueError:
+        return None
+    return event if isinstance(event, dict) and "kind" in event else None
 
 
 def _mend(path: Path) -> int:

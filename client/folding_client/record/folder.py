@@ -59,7 +59,8 @@ class RunFolder:
             message = f"Another process works on the run in {self.path}; wait until it has ended."
             raise UsageError(message) from error
         except OSError as error:
-            raise self._unusable(error) from error
+            message = f"Cannot write to the run folder {self.path}: {error.strerror}. Make it writable, or use another folder."
+            raise UsageError(message) from error
         self._lock = lock
 
     def release(self) -> None:
@@ -137,8 +138,10 @@ class RunFolder:
         write_atomically(self.path / name, redact(text).encode("utf-8"))
         return self.path / name
 
-    def description(self) -> dict[str, Any]:
-        """What ``run.json`` says. UsageError if there is none or it cannot be read."""
+    def description(self, *needed: str) -> dict[str, Any]:
+        """What ``run.json`` says. UsageError if there is none, it cannot be read, or an object that is ``needed``
+        besides the sequence is missing.
+        """
         file = self.path / "run.json"
         try:
             data = json.loads(file.read_text(encoding="utf-8"))
@@ -153,12 +156,20 @@ class RunFolder:
         if not isinstance(data, dict) or data.get("format") != 1:
             message = f"{file} is not a run of format 1; start a new run or use the version that wrote it."
             raise UsageError(message)
+        if missing := [part for part in ("sequence", *needed) if not isinstance(data.get(part), dict)]:
+            message = f"{file} says nothing of {missing[0]}, so the record is damaged; start a new run."
+            raise UsageError(message)
         return data
 
 
 def picture_name(picture: Picture) -> str:
     """Where a picture is kept inside a run folder; pictures with the same content have the same name."""
     return f"images/{hashlib.sha256(picture.data).hexdigest()[:20]}.{_SUFFIXES.get(picture.mime, 'bin')}"
+
+
+def file_trouble(error: OSError) -> str:
+    """The beginning of a sentence on a file or folder that cannot be used, such as on a full disk."""
+    return f"A file cannot be read or written: {error.strerror or error}{f' ({error.filename})' if error.filename else ''}; mend that"
 
 
 def write_atomically(path: Path, data: bytes) -> None:

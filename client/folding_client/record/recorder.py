@@ -25,8 +25,8 @@ class Recorder:
     def __init__(self, folder: RunFolder, about: dict[str, Any]) -> None:
         self.folder = folder
         self.about = about
+        before = list(read_events(folder.events)) if folder.events.exists() else []
         self._log = EventLog(folder.events)
-        before = list(read_events(folder.events))
         self.unanswered = unanswered(before)
         self.totals = totals_of(before)
         self._tally = tally_of(before)

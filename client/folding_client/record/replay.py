@@ -8,7 +8,7 @@ from typing import Any
 
 from mcp import MCPError
 
-from folding_client.interrupts import ConnectionLost, ServerGone
+from folding_client.interrupts import ConnectionLost, ServerGone, UsageError
 from folding_client.messages import JsonObject, ToolResult
 from folding_client.protocol.connection import Connection, ServerAddress
 from folding_client.protocol.tool_results import tool_result
@@ -58,10 +58,13 @@ def exchanges(events: Iterable[Event]) -> Iterator[Exchange]:
 
 async def replay_run(path: Path, sequence: Path | None = None) -> Replay:
     """Send a run's calls to a fresh server, in order, and compare the answers. UsageError if there is no such
-    run, ServerGone if the server does not hold out.
+    run or sequence, ServerGone if the server does not hold out.
     """
     folder = RunFolder(path.expanduser().resolve())
     photos = sequence.expanduser().resolve() if sequence else Path(folder.description()["sequence"]["folder"])
+    if not (photos / "keyframes.json").is_file():
+        message = f"{photos} holds no keyframes.json; name the folder where the run's sequence is now with --sequence."
+        raise UsageError(message)
     found = list(exchanges(read_events(folder.events)))
     with tempfile.TemporaryDirectory() as data, (Path(data) / "server.log").open("w") as log:
         connection = Connection(ServerAddress(photos, Path(data)), log)

@@ -7,8 +7,9 @@ from typing import Protocol
 from folding_prompts import prompt
 from folding_schemas.results import CheckpointSaved, Comparison, RunInfo
 
-from folding_client.interrupts import ReplyUnreadable
+from folding_client.interrupts import ReplyUnreadable, ToolRefused
 from folding_client.messages import ToolResult, system, user
+from folding_client.protocol.acting import carry_out
 from folding_client.protocol.server_client import ServerClient
 from folding_client.roles.reply_parsing import OverviewReply, read_form
 from folding_client.roles.reply_repair import read_answer
@@ -17,8 +18,8 @@ from folding_client.roles.role_client import RoleClient
 
 @dataclass(frozen=True)
 class OverviewAnalysis:
-    """Frames and notes; ``readable`` is False if the critic's words could not be read, and the notes
-    say so.
+    """Frames and notes; ``readable`` is False if there is no analysis that can be read, and the recommendation says
+    why.
     """
 
     last_correct_frame: int | None
@@ -43,9 +44,14 @@ class GeometricOverview:
         self._server = server
 
     async def analyse(self, overview: ToolResult) -> OverviewAnalysis:  # noqa: ARG002
-        """The first frame whose comparison is no match is suspicious, the one before it the last correct."""
-        info = await self._server.where()
-        comparisons = await self._comparisons(info)
+        """The first frame whose comparison is no match is suspicious, the one before it the last correct. Not readable
+        if the server refuses the scratch run or a comparison.
+        """
+        try:
+            comparisons = await self._comparisons(await self._server.where())
+        except ToolRefused as refusal:
+            unread = f"The saved frames cannot be compared with their photos: {refusal}"
+            return OverviewAnalysis(None, None, (), unread, readable=False)
         notes = tuple(
             f"frame {item.frame}: {item.verdict}, agreement {item.agreement:.4f}" for item in comparisons
         )
@@ -66,8 +72,7 @@ class GeometricOverview:
         found = []
         async with self._server.another_run(info.sequence):
             for frame, actions in enumerate(((), *info.program.steps), start=1):
-                for action in actions:
-                    await self._server.act(action)
+                await carry_out(self._server, actions)
                 found.append((await self._server.ask(Comparison, "compare_to_frame", frame=frame))[0])
                 await self._server.ask(CheckpointSaved, "save_checkpoint", frame=frame)
         return found

@@ -22,7 +22,7 @@ from folding_client.roles.role_client import RoleClient
 
 
 class PatternReply(BaseModel):
-    """The part of a FOLD file that the variant speaks of: places on the sheet, edges, letters."""
+    """The part of a FOLD file that the variant uses: coordinates of vertices on the sheet, edges, assignments."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -33,7 +33,7 @@ class PatternReply(BaseModel):
     @model_validator(mode="after")
     def _fits_together(self) -> "PatternReply":
         if len(self.edges_assignment) != len(self.edges_vertices):
-            message = f"{len(self.edges_vertices)} edges have {len(self.edges_assignment)} letters"
+            message = f"{len(self.edges_vertices)} edges have {len(self.edges_assignment)} assignments"
             raise ValueError(message)
         last = len(self.vertices_coords) - 1
         for edge in self.edges_vertices:

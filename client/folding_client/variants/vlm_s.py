@@ -23,8 +23,7 @@ from folding_schemas.results import (
 )
 
 from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
-from folding_client.messages import Message, Picture, system, user
-from folding_client.messages import answered as spoken
+from folding_client.messages import Message, Picture, answered, system, user
 from folding_client.progress import Progress
 from folding_client.protocol.acting import carry_out
 from folding_client.protocol.server_client import ServerClient
@@ -102,7 +101,7 @@ class PlanPerStep:
         why = ""
         for _ in range(READINGS):
             reply = await self.role_client.query(messages)
-            messages.append(spoken(reply))
+            messages.append(answered(reply))
             try:
                 plan = read_form(ActionPlan, reply.text)
                 await carry_out(self.server, plan.actions)

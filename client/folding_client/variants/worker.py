@@ -13,5 +13,5 @@ class Worker(Protocol):
     simulates: bool
 
     async def run(self) -> RunInfo:
-        """Where the run stands at its end. RunStopped if something ends it before."""
+        """Where the run stands at its end. RunStopped or ToolRefused if something ends it before."""
         ...
