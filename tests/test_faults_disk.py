@@ -4,6 +4,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -167,8 +168,10 @@ def test_folders_that_may_not_be_read_do_not_keep_the_others_from_being_served(t
 
 def _reachable(folder: Path) -> Path:
     """A folder that others may look into, and so may all above it that are the test's own."""
-    for each in (folder, *folder.parents[:2]):
-        each.chmod(0o755)
+    common = Path(tempfile.gettempdir()).resolve()
+    for each in (folder, *folder.parents):
+        if each != common and each.is_relative_to(common):
+            each.chmod(0o755)
     data = folder / "data"
     data.mkdir(mode=0o755)
     return data

@@ -132,10 +132,10 @@ async def test_owners_of_tokens_reach_their_own_runs_and_keep_to_their_limits(tm
                 ("export_state", {"format": "fold"}),
                 ("compare_to_frame", {"frame": 1}),
             ):
-                assert f"there is no run '{run_id}'" in await bob.refusal(tool, run_id=run_id, **arguments)
+                assert f"There is no run '{run_id}'" in await bob.refusal(tool, run_id=run_id, **arguments)
             for resource in ("", "/state", "/program", "/diagram.svg"):
                 assert await ada.client.read_resource(f"folding://runs/{run_id}{resource}")
-                with pytest.raises(MCPError, match="there is no run"):
+                with pytest.raises(MCPError, match="There is no run"):
                     await bob.client.read_resource(f"folding://runs/{run_id}{resource}")
             assert "0 a day" in await ada.refusal("compare_to_frame", frame=1, run_id=run_id)
             await ada.call("open_run")

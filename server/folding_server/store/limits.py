@@ -25,7 +25,7 @@ class OwnerLimits:
         """Raise RunError if an owner with this many runs may open no other."""
         if self.runs is not None and runs >= self.runs:
             raise RunError(
-                f"{owner} has {runs} runs, and this server keeps at most {self.runs} for an owner; "
+                f"owner {owner} has {runs} runs, and this server keeps at most {self.runs} for an owner; "
                 f"go on with one of them by its run_id, or ask whoever runs the server for more"
             )
 
