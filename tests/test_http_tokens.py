@@ -2,15 +2,12 @@
 
 import json
 import os
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import anyio
 import httpx2
 import pytest
-import uvicorn
 from client_runs import sequence
 from folding_client.protocol.connection import TOKEN_VARIABLE, Connection, ConnectionLost, ServerAddress
 from folding_server.mcp.auth import TokenFileError, caller, read_tokens
@@ -23,6 +20,7 @@ from hosts import Host, http_process, http_server, server, text_of
 from mcp import Client
 from mcp.client.streamable_http import streamable_http_client
 from mcp.server.mcpserver.tools import Tool
+from web_threads import serving_in_a_thread
 
 ALICE, BOB = "alice-0123456789abcdef", "bob/0123456789+abcdef=="
 EVERYWHERE = "0.0.0.0"  # noqa: S104 - what the tests are about
@@ -110,14 +108,9 @@ def served(tmp_path: Path, tokens: Path | None) -> Iterator[str]:
 
         mcp.add_tool(whoami, structured_output=False)
         mcp.catalogue = {**mcp.catalogue, "whoami": Tool.from_function(whoami)}
-        web = uvicorn.Server(configuration(http_app(mcp, AcceptedNames.of("127.0.0.1"))))
-        thread = threading.Thread(target=anyio.run, args=(web.serve, [listener]))
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{listener.getsockname()[1]}/mcp"
-        finally:
-            web.should_exit = True
-            thread.join()
+        config = configuration(http_app(mcp, AcceptedNames.of("127.0.0.1")))
+        with serving_in_a_thread(config, listener) as url:
+            yield url
 
 
 @pytest.mark.anyio

@@ -1,12 +1,10 @@
 """Servers around one store: two processes behind a balancer that knows no sessions, and owners through the protocol."""
 
 import itertools
-import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import anyio
 import httpx2
 import pytest
 import uvicorn
@@ -21,6 +19,7 @@ from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
+from web_threads import serving_in_a_thread
 
 ADA, BOB = "ada-0123456789abcdef", "bob-0123456789abcdef"
 HELD_BACK = {"content-length", "transfer-encoding", "connection"}
@@ -50,14 +49,9 @@ def behind_a_proxy(proxy: Alternating) -> Iterator[str]:
     """The proxy's URL, while it serves in a thread."""
     application = Starlette(routes=[Route("/mcp", proxy.answer, methods=["GET", "POST", "DELETE"])])
     with listen(Address("127.0.0.1", 0)) as listener:
-        web = uvicorn.Server(uvicorn.Config(application, log_level="warning", ws="none"))
-        thread = threading.Thread(target=anyio.run, args=(web.serve, [listener]))
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{listener.getsockname()[1]}/mcp"
-        finally:
-            web.should_exit = True
-            thread.join()
+        config = uvicorn.Config(application, log_level="warning", ws="none")
+        with serving_in_a_thread(config, listener) as url:
+            yield url
 
 
 @pytest.mark.anyio

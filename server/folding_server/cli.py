@@ -89,12 +89,7 @@ def serve(
     from folding_server.store.limits import parse_limits
 
     require_folders(sequences or ())
-    if token_file is not None and http is None:
-        raise typer.BadParameter(
-            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
-        )
-    if limit and token_file is None:
-        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
+    _check_tokens_are_meant(http, token_file, limit)
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data, database)
     settings = ServerSettings(
@@ -111,6 +106,16 @@ def serve(
             _serve_stdio(app)
         else:
             _serve_http(app, http, known_as or (), token_file)
+
+
+def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: list[str] | None) -> None:
+    """Raise BadParameter where options speak of tokens that nobody would send."""
+    if token_file is not None and http is None:
+        raise typer.BadParameter(
+            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
+        )
+    if limit and token_file is None:
+        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
 
 
 def _serve_stdio(app: "AppContext") -> None:
