@@ -297,11 +297,13 @@ def test_a_run_prints_one_json_document(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, between: int
 ) -> None:
     monkeypatch.setattr(corpus, "programs", lambda: {"small": SMALL})
-    run.main(["--json", "--cache", str(tmp_path), "--between", str(between)])
+    cache, found = tmp_path / "cache", tmp_path / "found"
+    run.main(["--json", "--cache", str(cache), "--between", str(between), "-o", str(found)])
     printed = json.loads(capsys.readouterr().out)
     assert printed["between"] == between
-    (folder,) = tmp_path.iterdir()
+    (folder,) = cache.iterdir()
     assert len(list((folder / "frames").iterdir())) == 3 + 2 * between
+    assert len(json.loads((found / "small.json").read_text())["steps"]) == 2
     assert printed["overall"]["completed"] == printed["overall"]["final_exact"] == 1.0
     assert [s["sequence"] for s in printed["sequences"]] == ["small"]
 

@@ -13,7 +13,7 @@ from folding_server.simulator.paper import new_paper
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels, draw_paper, draw_touched, draw_values
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from paper_drawings import label_polygons
 from shapely import Polygon, distance, points, unary_union
@@ -144,7 +144,12 @@ def test_what_polygons_touch_is_what_they_cover_and_a_pixel_around_it(
 
 
 @settings(max_examples=25)
-@given(st.lists(st.tuples(ANGLES, st.floats(-0.3, 0.3)), min_size=1, max_size=5), st.floats(-180, 180))
+@given(
+    st.lists(st.tuples(ANGLES | st.just(0.0), st.floats(-0.3, 0.3)), min_size=1, max_size=5),
+    st.floats(-180, 180) | st.sampled_from([45.0, 44.99, -45.02, 135.3]),
+)
+@example([(0.0, 0.0)], 45.0)
+@example([(0.0, 0.19150808657135662)], 135.0)
 def test_cutting_the_sheet_opens_no_cracks(cuts: list[tuple[float, float]], degrees: float) -> None:
     pieces = [SQUARE]
     for angle, offset in cuts:

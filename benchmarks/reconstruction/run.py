@@ -1,12 +1,13 @@
 """How well photographed programs are reconstructed: how many exactly, how precisely, how fast.
 
-    python benchmarks/reconstruction/run.py --level 2 --json [--seed S] [--programs NAME ...] [--between N] [--jobs N]
+    python benchmarks/reconstruction/run.py --level 2 --json [--seed S] [--programs NAME ...] [--between N] [--jobs N] [-o DIR]
     python benchmarks/reconstruction/run.py --rendered
 
 Seeds below 100 are for development; figures that are reported anywhere use seeds from 100 on, never looked
 at while the solver is being changed. Programs are photographed once and kept in the cache folder. The same
 seed gives the same photos and the same answers; only seconds and memory differ. For true seconds leave
---jobs at 1 and the machine to the benchmark.
+--jobs at 1 and the machine to the benchmark. With -o every program that was found is written too, so that two
+versions of the solver can be compared byte for byte.
 """
 
 import argparse
@@ -23,6 +24,8 @@ from typing import Any, TypeVar
 import corpus
 import studio
 from corpus import Subject
+from folding_schemas.actions import Program
+from folding_server.interchange.programs import program_text
 from folding_server.photographer.moments import MOST_BETWEEN
 from reconstructing import Reconstruction, reconstruct
 from report import document, in_words, table
@@ -42,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     scores = []
     for subject, attempt in _each(partial(_attempt, mode=options.mode), subjects, options.jobs):
         scores.append(_scored(subject, attempt))
+        if options.out is not None and attempt.exception() is None:
+            _write(options.out, subject.name, attempt.result())
         sys.stderr.write(f"{in_words(scores[-1])}\n")
     if options.json:
         json.dump(document(_settings(options), scores), sys.stdout, indent=1)
@@ -71,6 +76,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--jobs", type=_positive, default=1, help="sequences at a time")
     parser.add_argument("--cache", type=Path, default=studio.CACHE, help="where photographs are kept")
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="write each program found to DIR/NAME.json"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     options = parser.parse_args(arguments)
     if options.seed < 0:
@@ -141,6 +149,13 @@ def _scored(subject: Subject, attempt: Future[Reconstruction]) -> Score:
     return score(
         subject, Reconstruction((), (), 0.0, 0.0, completed=False, reason=f"{type(error).__name__}: {error}")
     )
+
+
+def _write(folder: Path, name: str, found: Reconstruction) -> None:
+    """Write the program that was found."""
+    folder.mkdir(parents=True, exist_ok=True)
+    program = Program(name=name, steps=found.steps)
+    (folder / f"{name}.json").write_text(program_text(program), encoding="utf-8")
 
 
 def _settings(options: argparse.Namespace) -> dict[str, Any]:
