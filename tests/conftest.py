@@ -1,11 +1,15 @@
 """Fixtures and settings for all tests."""
 
+import os
 from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
 from lasting import LASTING
 from reference import REASON, REQUIRED, missing, required
+
+# A worker of the tests has one processor; further threads for small matrices only wait for each other on it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # How long an example takes depends on the machine and is no fault.
 settings.register_profile("project", deadline=None, print_blob=True)
