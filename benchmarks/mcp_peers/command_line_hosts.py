@@ -15,7 +15,7 @@ from providers.gemini_stream import GeminiStream, declared_functions
 from providers.openai_responses import OpenAIResponses, declared_tools
 
 from mcp_peers import versions
-from mcp_peers.answers import CALLS, check_answers
+from mcp_peers.answers import CALLS, check_answers, said
 from mcp_peers.checks import Check, Peer, Place
 from mcp_peers.clients import check_tools
 from mcp_peers.environments import node_environment, node_path
@@ -27,6 +27,8 @@ SECONDS = 180
 START_SECONDS = 30
 """How long a host may take until it offers the server's tools: Codex starts servers beside its first turn."""
 ASKED = "Fold the paper."
+ADDED_BY_GEMINI = "wait_for_previous"
+"""An argument that Gemini CLI adds to every tool, and that its model may give."""
 
 
 class PatientResponses(OpenAIResponses):
@@ -100,7 +102,7 @@ def _gemini(place: Place) -> Iterator[Check]:
     file.parent.mkdir(parents=True)
     file.write_text(json.dumps(GEMINI_SETTINGS), encoding="utf-8")
     enter("gemini-cli", file, place.scratch / "data")
-    calls = [(tool, {**given, "wait_for_previous": True}) for tool, given in CALLS]
+    calls = [(tool, {**given, ADDED_BY_GEMINI: True}) for tool, given in CALLS]
     with GeminiStream(*[Says(calls=[call]) for call in calls], Says(LAST_WORDS)) as model:
         keys = {"GEMINI_API_KEY": "none", "GOOGLE_GEMINI_BASE_URL": model.url}
         env = environment(home, PATH=node_path(commands), GEMINI_CLI_TRUST_WORKSPACE="true", **keys)
@@ -109,7 +111,12 @@ def _gemini(place: Place) -> Iterator[Check]:
     yield Check("gemini ends well", done.returncode == 0 and LAST_WORDS in done.stdout, done.stderr)
     declared = dict(declared_functions(model.received[-1]))
     yield check_tools([name for name, called in declared.items() if called.startswith("mcp_folding")])
-    yield from check_answers(_gemini_answers(model.received[-1]))
+    answers = _gemini_answers(model.received[-1])
+    yield from check_answers(answers)
+    named = all(ADDED_BY_GEMINI in said(answer) for answer in answers)
+    yield Check(
+        "its own argument is ignored and named", named, str([said(answer)[:80] for answer in answers])
+    )
 
 
 def _gemini_answers(body: Body) -> list[dict[str, Any]]:
@@ -121,12 +128,12 @@ def _gemini_answers(body: Body) -> list[dict[str, Any]]:
             continue
         inner = [part for each in responses for part in each["functionResponse"].get("parts", ())]
         blobs = [part["inlineData"] for part in [*content["parts"], *inner] if "inlineData" in part]
-        said = responses[0]["functionResponse"]["response"]
+        told = responses[0]["functionResponse"]["response"]
         answers.append(
             {
                 "tool": CALLS[len(answers)][0],
-                "is_error": "error" in said,
-                "texts": [str(said.get("output", said.get("error", "")))],
+                "is_error": "error" in told,
+                "texts": [str(told.get("output", told.get("error", "")))],
                 "images": [{"mime": blob["mimeType"], "data": blob["data"]} for blob in blobs],
                 "structured": None,
             }

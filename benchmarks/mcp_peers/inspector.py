@@ -15,7 +15,7 @@ from mcp_peers.clients import check_tools
 from mcp_peers.environments import PeerBroken, node_environment, node_path
 from mcp_peers.our_server import SEQUENCE, environment, finished, http_url, stdio_command
 
-SECONDS = 60
+SECONDS = 120
 """How long one command may take, start of Node.js and of the server included."""
 IS_ERROR = 5
 """How the Inspector ends where a tool's answer is an error."""

@@ -21,6 +21,7 @@ QUIET: Mapping[str, str] = {
         ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"), NOWHERE
     ),
     **dict.fromkeys(("NO_PROXY", "no_proxy"), "127.0.0.1,localhost,::1"),
+    "NODE_USE_ENV_PROXY": "1",
     "DO_NOT_TRACK": "1",
     "OTEL_SDK_DISABLED": "true",
     "NO_UPDATE_NOTIFIER": "1",

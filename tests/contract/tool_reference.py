@@ -32,7 +32,7 @@ def reference() -> str:
         answer: Schema = tool.fn_metadata.output_model.model_json_schema()
         models |= {name: part for name, part in answer.pop("$defs", {}).items() if name not in models}
         models[answer["title"]] = answer
-        sent = "pictures beside JSON text" if record.pictures else "structured content"
+        sent = "JSON text, with pictures" if record.pictures else "structured content"
         facts = f"{_in_words(record.hints)} Set: `{record.within}`. Answers with {_linked(answer['title'])} as {sent}."
         first = tool.description.partition("\n\n")[0]
         parts += [f"## `{record.name}`: {record.title}", first, facts, *_arguments(tool.parameters)]
@@ -63,7 +63,7 @@ def _arguments(schema: Schema) -> list[str]:
 def _fields(model: Schema) -> Iterator[tuple[str, ...]]:
     """The fields of a model with their types and, where they have some, defaults."""
     for name, part in model.get("properties", {}).items():
-        default = f", `{part['default']}` if left out" if part.get("default") is not None else ""
+        default = f", `{part['default']}` if left out" if part.get("default") and "const" not in part else ""
         yield f"`{name}`", _kind(part) + default
 
 
@@ -102,8 +102,8 @@ def _array(part: Schema) -> str:
     if "prefixItems" in part:
         return f"[{', '.join(_kind(each) for each in part['prefixItems'])}]"
     least, most = part.get("minItems"), part.get("maxItems")
-    count = f" of {least}" if least is not None and least == most else ""
-    return f"array{count}: {_kind(part.get('items', {}))}"
+    kind = _kind(part.get("items", {}))
+    return f"[{', '.join([kind] * least)}]" if least is not None and least == most else f"list of {kind}"
 
 
 def _bounds(part: Schema) -> str:
