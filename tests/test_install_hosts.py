@@ -334,11 +334,11 @@ def test_without_its_script_the_server_is_started_by_its_interpreter(monkeypatch
     assert server_command() == [sys.executable, "-m", "folding_server"]
 
 
-def test_the_readme_gives_the_very_entry_of_each_host() -> None:
+def test_the_page_about_hosts_gives_the_very_entry_of_each() -> None:
     """With paths of nobody's checkout, which the reader replaces."""
     checkout = "/path/to/foldingagent-mcp"
     command = [f"{checkout}/.venv/bin/foldingagent-server", "--sequences", f"{checkout}/examples"]
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "hosts.md").read_text(encoding="utf-8")
     for known in HOSTS.values():
         part = text[text.index(f"**{known.title}**") :]
         assert re.findall(r"```(?:json|toml)\n(.*?)```", part, re.DOTALL)[0] == snippet(known, command)

@@ -172,3 +172,36 @@ def test_the_readme_gives_commands_and_pictures_that_exist() -> None:
     scripts = set(re.findall(r"\b((?:scripts|benchmarks)/[\w/]+(?:\.py)?)", text))
     assert {"scripts/setup", "scripts/test"} <= scripts
     assert [path for path in scripts if not (ROOT / path).exists()] == []
+
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def anchors(page: Path) -> set[str]:
+    """What links may name in a page: its headings, in small letters, without signs, words joined."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
+    links = re.findall(r"\[[^]]*\]\((?!http)([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    wrong = []
+    for link in links:
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            wrong.append(link)
+    assert wrong == []
+
+
+def test_every_page_is_reached_from_the_readme() -> None:
+    reached, left = {ROOT / "README.md"}, [ROOT / "README.md"]
+    while left:
+        page = left.pop()
+        for link in re.findall(r"\]\((?!http)([^)#\s]+\.md)", page.read_text(encoding="utf-8")):
+            target = (page.parent / link).resolve()
+            if target not in reached:
+                reached.add(target)
+                left.append(target)
+    assert set(PAGES) - reached == set()

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 
 import pytest
+from contract import tool_reference
 from contract.tool_contract import Contract, Schema, breaking, committed, compatible, current
 from folding_server.mcp.catalogue import tools
 from paths import ROOT
@@ -40,6 +41,12 @@ def test_the_page_about_the_tools_names_them_all_and_no_others() -> None:
     table = (ROOT / "docs" / "tools.md").read_text(encoding="utf-8").partition("## Which run")[0]
     named = re.findall(r"`(\w+)`", table)
     assert sorted(named) == sorted(tool.name for tool in tools())
+
+
+def test_the_reference_says_what_the_tools_say() -> None:
+    written = tool_reference.FILE.read_text(encoding="utf-8")
+    assert written == tool_reference.reference(), "run tests/contract/tool_reference.py and commit its result"
+    assert all(f"## `{tool.name}`: {tool.title}" in written for tool in tools())
 
 
 @pytest.fixture

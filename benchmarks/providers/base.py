@@ -121,6 +121,10 @@ class Provider:
         """The provider's JSON for a reply."""
         raise NotImplementedError
 
+    def encoded(self, path: str, body: Body, answer: Body) -> tuple[str, bytes]:  # noqa: ARG002 - decide elsewhere
+        """The type and bytes of the answer to a request: JSON, unless the provider can stream and is asked to."""
+        return "application/json", json.dumps(answer).encode()
+
     def error(self, turn: Fails) -> Body:
         """The provider's JSON for an error."""
         return {"error": {"message": turn.message, "type": "error", "code": str(turn.status)}}
@@ -134,7 +138,8 @@ def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
             match turn:
                 case Says():
                     turn.meanwhile()
-                    self._send(200, provider.answer(turn, len(provider.received)))
+                    answer = provider.answer(turn, len(provider.received))
+                    self._send_data(200, *provider.encoded(self.path, body, answer))
                 case Fails():
                     self._send(turn.status, provider.error(turn), turn.headers)
                 case Truncates():
@@ -149,9 +154,13 @@ def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:
             self, status: int, body: Body, headers: Mapping[str, str] | None = None, cut: int = 0
         ) -> None:
             data = json.dumps(body).encode()
-            data = data[: len(data) - cut]
+            self._send_data(status, "application/json", data[: len(data) - cut], headers)
+
+        def _send_data(
+            self, status: int, kind: str, data: bytes, headers: Mapping[str, str] | None = None
+        ) -> None:
             self.send_response(status)
-            for name, value in {"content-type": "application/json", **(headers or {})}.items():
+            for name, value in {"content-type": kind, **(headers or {})}.items():
                 self.send_header(name, value)
             self.send_header("content-length", str(len(data)))
             self.end_headers()
