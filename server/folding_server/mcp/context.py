@@ -3,6 +3,7 @@
 It finds the run that a call means, and the paper and the photos that go with it.
 """
 
+import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from folding_server.store.run_store import RunStore
     from folding_server.store.views import RunView
     from folding_server.vision.seeing import Eyes
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -175,16 +178,28 @@ class AppContext:
 
         RunError if the owner has used up today's.
         """
+        with self.counting_vision(), self.observers.on(photos) as eyes:
+            yield eyes
+
+    @contextmanager
+    def counting_vision(self) -> Iterator[None]:
+        """Count the time that this thread computes for the caller's owner, where owners have a limit of it.
+
+        RunError if the owner has used up today's. What was computed is answered even if its time cannot be recorded.
+        """
         owner = caller()
-        if owner is not None:
-            self.store.check_vision(owner)
+        if owner is None or self.settings.limits.vision_seconds is None:
+            yield
+            return
+        self.store.check_vision(owner)
         begun = time.thread_time()
         try:
-            with self.observers.on(photos) as eyes:
-                yield eyes
+            yield
         finally:
-            if owner is not None:
+            try:
                 self.store.add_vision(owner, time.thread_time() - begun)
+            except RunError as error:
+                _logger.warning("The vision time of %s was not counted: %s", owner, error)
 
     def sequence(self, run: "RunView") -> "Sequence":
         """The photos of a run. RunError for a free fold."""
