@@ -222,6 +222,25 @@ def test_a_tilde_is_the_users_folder_although_no_shell_has_seen_it(
     assert "~nobody-of-that-name" in nobody.err
 
 
+def test_a_file_that_is_no_text_or_not_there_is_one_sentence_that_says_what_to_give(
+    run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "picture.cp").write_bytes(b"\xff\xd8\xff")
+    for command, file, named in (
+        ("check", "picture.cp", "is not a text file; give the path of a FOLD or .cp file."),
+        (
+            "check",
+            "gone.cp",
+            "cannot be read (No such file or directory); give the path of a FOLD or .cp file.",
+        ),
+        ("simulate", "picture.cp", "is not a text file; give the path of a JSON file."),
+        ("view", "picture.cp", "is not a text file; give a program's JSON file or the folder of a run."),
+    ):
+        refused = run(command, tmp_path / file)
+        assert (refused.code, refused.out) == (1, "")
+        assert refused.err == f"foldingagent-server: {tmp_path / file} {named}\n"
+
+
 def test_the_version_is_that_of_the_package(run: Run) -> None:
     done = run("--version")
     assert done.code == 0

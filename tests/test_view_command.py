@@ -208,6 +208,35 @@ def test_a_stored_run_is_shown_by_its_id(tmp_path: Path) -> None:
     assert "fold 1-3, + side" in file.read_text(encoding="utf-8")
 
 
+def test_a_run_is_found_in_the_database_that_the_environment_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"sqlite:///{tmp_path / 'runs.sqlite3'}"
+    with RunStore(url) as store:
+        run = store.create()
+        with store.change(run.run_id) as change:
+            change.act(Fold(edge=(1, 3), direction=1))
+    file = tmp_path / "run.html"
+    by_option = server("view", run.run_id, "--database", url, "-o", file)
+    assert by_option.returncode == 0, by_option.stderr
+    file.unlink()
+    monkeypatch.setenv("FOLDINGAGENT_DATABASE", url)
+    by_environment = server("view", run.run_id, "--data", tmp_path / "none", "-o", file)
+    assert by_environment.returncode == 0, by_environment.stderr
+    assert "fold 1-3, + side" in file.read_text(encoding="utf-8")
+    assert not (tmp_path / "none").exists()
+
+
+def test_looking_for_a_run_makes_no_data_folder(tmp_path: Path) -> None:
+    for data in (tmp_path / "none", tmp_path / "empty"):
+        (tmp_path / "empty").mkdir(exist_ok=True)
+        refused = server("view", "20260101-000000-aaaaaaaaaa", "--data", data, "-o", tmp_path / "x.html")
+        assert refused.returncode == 1
+        assert f"the data folder {data} holds no runs" in refused.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["empty"]
+    assert list((tmp_path / "empty").iterdir()) == []
+
+
 def test_a_run_folder_is_shown_with_its_photos(tmp_path: Path) -> None:
     (tmp_path / "program.json").write_text(CAT.read_text(encoding="utf-8"))
     about = {"format": 1, "sequence": {"name": "cat", "folder": str(ROOT / "examples" / "cat")}}

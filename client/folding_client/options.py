@@ -2,11 +2,11 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from folding_schemas.version_option import version_option
 
 
 def path(text: str) -> Path:
@@ -18,15 +18,7 @@ def path(text: str) -> Path:
         raise typer.BadParameter(message) from error
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"foldingagent {version('foldingagent-mcp')}")
-        raise typer.Exit
-
-
-VersionOption = Annotated[
-    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
-]
+VersionOption = Annotated[bool, version_option("foldingagent")]
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 SETTINGS: Mapping[str, Any] = {
     "model": Annotated[

@@ -32,6 +32,7 @@ from folding_server.command_options import (
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.typed_path import require_folders, typed_path
+from folding_server.typed_text import text_in
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
@@ -91,7 +92,9 @@ def serve(
     require_folders(sequences or ())
     _check_tokens_are_meant(http, token_file, limit)
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
-    folder = _data_folder(data, database)
+    folder = _data_folder(data)
+    if database is None:
+        _make_folder(folder)
     settings = ServerSettings(
         folder,
         database,
@@ -139,22 +142,21 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
     serve_http(app, parse_address(address), known_as, tokens)
 
 
-def _data_folder(given: Path | None, database: str | None) -> Path:
-    """The folder for the database, made when missing: the user's own data folder if nothing else is said.
-
-    FoldingError if it is needed and cannot be made.
-    """
+def _data_folder(given: Path | None) -> Path:
+    """The folder for the database: the user's own data folder if nothing else is said."""
     from platformdirs import user_data_path
 
-    folder = given or user_data_path("foldingagent", appauthor=False)
-    if database is None:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FoldingError(
-                f"The data folder {folder} cannot be made ({error.strerror}); choose another with --data."
-            ) from error
-    return folder
+    return given or user_data_path("foldingagent", appauthor=False)
+
+
+def _make_folder(folder: Path) -> None:
+    """Make the data folder if it is missing. FoldingError if it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FoldingError(
+            f"The data folder {folder} cannot be made ({error.strerror}); choose another with --data."
+        ) from error
 
 
 app.command()(install)
@@ -218,7 +220,7 @@ def check(
     from folding_server.mcp.services.presenters import foldability
     from folding_server.simulator.foldability import check_pattern
 
-    creases = read_pattern(_text(pattern), pattern.suffix)
+    creases = read_pattern(text_in(pattern, "give the path of a FOLD or .cp file"), pattern.suffix)
     found = foldability(check_pattern(creases))
     if as_json:
         _print_json(found.model_dump(mode="json"))
@@ -307,15 +309,16 @@ def view(
         int, typer.Option(min=0, max=65535, metavar="N", help="0 lets the system choose one.")
     ] = 0,
     data: Data = None,
+    database: Database = None,
     sequences: Sequences = None,
 ) -> None:
     """Show a program or a run step by step in the browser; folds tried there are kept nowhere."""
-    from folding_server.view.model_source import open_model
+    from folding_server.view.model_source import StoredRuns, open_model
 
     def tell(sentence: str) -> None:
         typer.echo(sentence, err=True)
 
-    model = open_model(source, lambda: _data_folder(data, None), sequences or (), tell)
+    model = open_model(source, StoredRuns(_data_folder(data), database), sequences or (), tell)
     if out:
         from folding_server.view.page import page_html
 
@@ -348,7 +351,7 @@ def _program(path: Path) -> "Program":
     """The program in a file, which may be one of a published figure."""
     from folding_server.interchange.programs import load_published
 
-    return load_published(_text(path)).program
+    return load_published(text_in(path, "give the path of a JSON file")).program
 
 
 def _exported(paper: "Paper", kind: "ExportFormat", program: "Program") -> str | bytes:
@@ -357,18 +360,6 @@ def _exported(paper: "Paper", kind: "ExportFormat", program: "Program") -> str |
     from folding_server.interchange.export import export
 
     return export(paper, kind, colors_of(program.front_color, program.back_color), program).content
-
-
-def _text(path: Path) -> str:
-    """The text of a file. FoldingError if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise FoldingError(
-            f"{path} cannot be read ({error.strerror}); give the path of a text file."
-        ) from error
-    except UnicodeDecodeError as error:
-        raise FoldingError(f"{path} is not a text file; give a JSON file.") from error
 
 
 def _write(path: Path, content: str | bytes) -> str:

@@ -1,10 +1,10 @@
 """The options of the command ``foldingagent-server``, each described once."""
 
-from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from folding_schemas.version_option import version_option
 
 from folding_server.typed_path import typed_path
 
@@ -53,17 +53,7 @@ Limit = Annotated[
     ),
 ]
 
-
-def _show_version(wanted: bool) -> None:
-    """Print the version and end."""
-    if wanted:
-        typer.echo(f"foldingagent-server {version_of('foldingagent-mcp')}")
-        raise typer.Exit
-
-
-ShowVersion = Annotated[
-    bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
-]
+ShowVersion = Annotated[bool, version_option("foldingagent-server")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")
 ]

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +15,37 @@ from folding_server.store.database import DATABASE_NAME
 from folding_server.store.run_ids import is_run_id
 from folding_server.store.run_store import RunStore
 from folding_server.typed_path import typed_path
+from folding_server.typed_text import text_in
 from folding_server.view.local_model import LocalModel
 from folding_server.view.photo_strip import photos_of
 from folding_server.view.stops import ViewWindow
+
+_WANTED = "give a program's JSON file or the folder of a run"
 
 Tell = Callable[[str], None]
 """Says one sentence to the user, such as why there are no photos."""
 
 
-def open_model(source: str, data: Callable[[], Path], sequences: Iterable[Path], tell: Tell) -> LocalModel:
-    """The model that ``source`` names: a program's file, a run folder, or the id of a run in the folder that ``data`` gives.
+@dataclass(frozen=True)
+class StoredRuns:
+    """Where stored runs are looked for: in a data folder, or in the database at an SQLAlchemy URL instead."""
+
+    data: Path
+    database: str | None = None
+
+    def open(self, run_id: str) -> RunStore:
+        """The store that may hold a run. FoldingError if there is none yet: nothing is made by looking."""
+        if self.database is not None:
+            return RunStore(self.database)
+        if not (self.data / DATABASE_NAME).is_file():
+            raise FoldingError(
+                f"There is no run {run_id!r}: the data folder {self.data} holds no runs; name another with --data."
+            )
+        return RunStore.in_folder(self.data)
+
+
+def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell: Tell) -> LocalModel:
+    """The model that ``source`` names: a program's file, a run folder, or the id of one of the ``stored`` runs.
 
     Photos come from the run's own sequence folder, or for a stored run from ``sequences``; ``tell`` is told why
     there are none. FoldingError if ``source`` is none of the three or cannot be read.
@@ -38,9 +60,9 @@ def open_model(source: str, data: Callable[[], Path], sequences: Iterable[Path],
     if is_folder:
         return _of_run_folder(path, tell)
     if is_file:
-        return LocalModel(load_published(_text(path)).program)
+        return LocalModel(load_published(text_in(path, _WANTED)).program)
     if is_run_id(source):
-        return _of_stored_run(data(), source, lambda name: Library(list(sequences)).open(name), tell)
+        return _of_stored_run(stored, source, lambda name: Library(list(sequences)).open(name), tell)
     raise FoldingError(
         f"There is no program, run folder or run {source!r}; give a program's JSON file, the folder of a run, or a run id."
     )
@@ -59,13 +81,15 @@ def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
 
     run_id = about.get("run_id")
     if isinstance(run_id, str) and (folder / "store" / DATABASE_NAME).is_file():
-        return _of_stored_run(folder / "store", run_id, photos, tell)
-    program = load_published(_text(folder / "program.json")).program
+        return _of_stored_run(StoredRuns(folder / "store"), run_id, photos, tell)
+    program = load_published(text_in(folder / "program.json", _WANTED)).program
     return LocalModel(program, _photos(lambda: photos(program.name), program, tell))
 
 
-def _of_stored_run(data: Path, run_id: str, find: Callable[[str], Sequence], tell: Tell) -> LocalModel:
-    with RunStore.in_folder(data) as store:
+def _of_stored_run(
+    stored: StoredRuns, run_id: str, find: Callable[[str], Sequence], tell: Tell
+) -> LocalModel:
+    with stored.open(run_id) as store:
         run = store.load(run_id)
     program = run.current_program()
     name = run.sequence
@@ -86,20 +110,9 @@ def _photos(
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        document = json.loads(_text(path))
+        document = json.loads(text_in(path, _WANTED))
     except ValueError:
         document = None
     if not isinstance(document, dict):
         raise FoldingError(f"{path} is not the record of a run; give the folder of a run of foldingagent.")
     return document
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FoldingError(f"{path} is not a text file; give a program's JSON file.") from error
-    except OSError as error:
-        raise FoldingError(
-            f"{path} cannot be read ({error.strerror}); give a program's JSON file or the folder of a run."
-        ) from error
