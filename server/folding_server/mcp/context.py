@@ -228,13 +228,17 @@ class AppContext:
         self._newest = run.run_id
         return run
 
+    def require_own(self, run_id: str) -> None:
+        """Raise RunError, as for a run that there is not, if the run belongs to another than the caller."""
+        self.store.require_owner(run_id, caller())
+
     def _named(self, run_id: str | None) -> str:
         """The run id given, or that of the run opened last in this process.
 
         RunError where that says nothing, and where the run belongs to another than the caller.
         """
         if run_id is not None:
-            self.store.require_owner(run_id, caller())
+            self.require_own(run_id)
             return run_id
         if self.settings.shared:
             raise RunError("This server serves many hosts at once; pass the run_id that open_run answered.")

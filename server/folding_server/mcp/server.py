@@ -16,6 +16,7 @@ from mcp.server.mcpserver.exceptions import (
     UnexpectedToolError,
 )
 from mcp.server.mcpserver.tools import Tool
+from mcp.server.subscriptions import InMemorySubscriptionBus
 from mcp.shared.exceptions import MCPError
 from mcp.types import (
     INVALID_PARAMS,
@@ -48,7 +49,8 @@ class FoldingServer(MCPServer[AppContext]):
     def __init__(self, app: AppContext, tokens: TokenVerifier | None = None) -> None:
         tools = catalogue.tools(app.settings.tool_set, read_only=app.settings.read_only)
         self._app = app
-        self._hosts = Subscriptions()
+        bus = InMemorySubscriptionBus()
+        self._hosts = Subscriptions(app, bus)
         self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
         super().__init__(
             "foldingagent",
@@ -62,6 +64,7 @@ class FoldingServer(MCPServer[AppContext]):
             token_verifier=tokens,
             auth=auth_settings() if tokens else None,
             extensions=[model_app()],
+            subscriptions=bus,
         )
         self._hosts.register(self._lowlevel_server)
         resources.register(self, app)

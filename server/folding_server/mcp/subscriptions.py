@@ -10,15 +10,25 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, get_args
 from weakref import WeakKeyDictionary
 
+import anyio.to_thread
 from mcp.server.connection import Connection, allowed_log_levels
 from mcp.server.context import ServerRequestContext
+from mcp.server.subscriptions import ListenHandler, SubscriptionBus
+from mcp.shared.exceptions import MCPError
 from mcp.types import (
+    INVALID_PARAMS,
     EmptyResult,
     LoggingLevel,
     SetLevelRequestParams,
     SubscribeRequestParams,
+    SubscriptionsListenRequestParams,
+    SubscriptionsListenResult,
     UnsubscribeRequestParams,
 )
+
+from folding_server.errors import FoldingError
+from folding_server.mcp import errors
+from folding_server.mcp.services.run_addresses import run_of
 
 if TYPE_CHECKING:
     from mcp.server.lowlevel.server import Server
@@ -31,18 +41,30 @@ LOG_LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
 _FIRST_MODERN = "2026-07-28"
 """The version of the protocol from which requests say for themselves what log messages they want."""
 
+MOST_WATCHED = 1000
+"""How many addresses one connection may watch: those of some eighty runs, so that no host fills the server's memory."""
+LONGEST_WATCHED = 4000
+"""Characters of the longest address that may be watched: the longest name of a sequence, encoded, takes 2,400."""
+
 _Request = ServerRequestContext[Any, Any]
 
 
 class Subscriptions:
-    """What each connection wants to hear. It is forgotten with the connection."""
+    """What each connection wants to hear. It is forgotten with the connection.
 
-    def __init__(self) -> None:
+    An owner of tokens may watch the runs of their own alone; whoever calls without a token may watch all.
+    """
+
+    def __init__(self, app: "AppContext", bus: SubscriptionBus) -> None:
+        self._app = app
+        self._listen = ListenHandler(bus)
         self._watched: WeakKeyDictionary[Connection, set[str]] = WeakKeyDictionary()
         self._levels: WeakKeyDictionary[Connection, LoggingLevel] = WeakKeyDictionary()
 
     def register(self, server: "Server[AppContext]") -> None:
-        """Have the server answer the three requests."""
+        """Have the server answer the four requests."""
+        listen = "subscriptions/listen"
+        server.add_request_handler(listen, SubscriptionsListenRequestParams, self._checked_listen)
         server.add_request_handler("resources/subscribe", SubscribeRequestParams, self._subscribe)
         server.add_request_handler("resources/unsubscribe", UnsubscribeRequestParams, self._unsubscribe)
         server.add_request_handler("logging/setLevel", SetLevelRequestParams, self._set_level)
@@ -74,9 +96,33 @@ class Subscriptions:
         least = self._levels.get(_connection(request))
         return least is not None and LOG_LEVELS.index(level) >= LOG_LEVELS.index(least)
 
+    async def _checked_listen(
+        self, request: _Request, params: SubscriptionsListenRequestParams
+    ) -> SubscriptionsListenResult:
+        """What the SDK answers to hosts of 2026-07-28, for addresses that the caller may watch."""
+        uris = {str(uri) for uri in params.notifications.resource_subscriptions or ()}
+        _check_room(len(uris))
+        await self._check_may_watch(uris)
+        return await self._listen(request, params)
+
     async def _subscribe(self, request: _Request, params: SubscribeRequestParams) -> EmptyResult:
-        self._watched.setdefault(_connection(request), set()).add(str(params.uri))
+        uri = str(params.uri)
+        await self._check_may_watch([uri])
+        watched = self._watched.setdefault(_connection(request), set())
+        _check_room(len(watched | {uri}))
+        watched.add(uri)
         return EmptyResult()
+
+    async def _check_may_watch(self, uris: Iterable[str]) -> None:
+        """Raise MCPError (invalid params) for an address that is too long, or of a run that is not the caller's."""
+        for uri in uris:
+            if len(uri) > LONGEST_WATCHED:
+                raise MCPError(INVALID_PARAMS, errors.unknown_address(uri))
+            if (run_id := run_of(uri)) is not None:
+                try:
+                    await anyio.to_thread.run_sync(self._app.require_own, run_id)
+                except FoldingError as error:
+                    raise MCPError(INVALID_PARAMS, errors.sentence(str(error))) from error
 
     async def _unsubscribe(self, request: _Request, params: UnsubscribeRequestParams) -> EmptyResult:
         self._watched.get(_connection(request), set()).discard(str(params.uri))
@@ -85,6 +131,15 @@ class Subscriptions:
     async def _set_level(self, request: _Request, params: SetLevelRequestParams) -> EmptyResult:
         self._levels[_connection(request)] = params.level
         return EmptyResult()
+
+
+def _check_room(watched: int) -> None:
+    """Raise MCPError (invalid params) if a connection would watch more addresses than it may."""
+    if watched > MOST_WATCHED:
+        raise MCPError(
+            INVALID_PARAMS,
+            f"At most {MOST_WATCHED} addresses can be watched over one connection; end the subscriptions that are not needed.",
+        )
 
 
 def _connection(request: _Request) -> Connection:

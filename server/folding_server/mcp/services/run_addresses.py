@@ -35,6 +35,12 @@ def changed_addresses(run_id: str, frames: Iterable[int] = ()) -> list[str]:
     return [RUN_LIST, *current, *saved]
 
 
+def run_of(uri: str) -> str | None:
+    """The id of the run that an address belongs to; None if it is of no run."""
+    before = RUN.partition("{")[0]
+    return uri.removeprefix(before).partition("/")[0] if uri.startswith(before) else None
+
+
 def file_links(run_id: str) -> list[ResourceLink]:
     """Links to the FOLD file, the crease pattern and the program of a run's current state."""
     return [_link(address.format(run_id=run_id), name, title) for address, name, title in _LINKED]

@@ -13,9 +13,12 @@ MOST_RUNS = 100
 """The most runs in one list: as many values as the protocol allows in one completion."""
 
 
-def newest_runs(app: AppContext, most: int) -> RunList:
-    """The caller's newest runs. RunError if the database cannot be used."""
-    found = app.list_runs(most + 1)
+def newest_runs(app: AppContext, most: int, before: str | None = None) -> RunList:
+    """The caller's newest runs, or those opened before run ``before``.
+
+    RunError if there is no such run, or the database cannot be used.
+    """
+    found = app.list_runs(most + 1, before)
     return RunList(runs=[_line(each) for each in found[:most]], more=len(found) > most)
 
 

@@ -24,6 +24,10 @@ Most = Annotated[
     Field(ge=1, le=MOST_RUNS, description="how many runs to list, from 1 to 100; left out, 20"),
     READ_WHOLE,
 ]
+Before = Annotated[
+    str | None,
+    Field(description="the run_id of a run: runs opened before it are listed; left out, the newest are"),
+]
 
 
 @tool("List sequences", LOOKS, icons.RUN_ICON, within="paper")
@@ -59,15 +63,19 @@ def open_run(
 
 
 @tool("List runs", LOOKS, icons.RUN_ICON, within="paper")
-def list_runs(ctx: ToolContext, count: Most = 20) -> Annotated[CallToolResult, RunList]:
+def list_runs(
+    ctx: ToolContext, count: Most = 20, before: Before = None
+) -> Annotated[CallToolResult, RunList]:
     """List the runs that can be taken up again, newest first."""
     app = app_context(ctx)
-    found = newest_runs(app, count)
-    return call_tool_result(_runs_in_words(found, shared=app.settings.shared), found)
+    found = newest_runs(app, count, before)
+    return call_tool_result(_runs_in_words(found, before, shared=app.settings.shared), found)
 
 
-def _runs_in_words(found: RunList, *, shared: bool) -> str:
+def _runs_in_words(found: RunList, before: str | None, *, shared: bool) -> str:
     """The runs, one a line."""
+    if not found.runs and before is not None:
+        return f"No run was opened before {before}."
     if not found.runs:
         whose = " of yours" if shared else ""
         return f"There is no run{whose} here yet; open_run starts one."
@@ -77,7 +85,8 @@ def _runs_in_words(found: RunList, *, shared: bool) -> str:
         + f", last changed {each.changed}."
         for each in found.runs
     ]
-    return "\n".join([*lines, "There are older ones."] if found.more else lines)
+    older = [f"There are older ones: list_runs with before={found.runs[-1].run_id}."] if found.more else []
+    return "\n".join([*lines, *older])
 
 
 @tool("Show a run", LOOKS, icons.RUN_ICON, within="paper")
