@@ -49,7 +49,10 @@ def template(name: str) -> dict[str, Any]:
 
 def manifest(version: str) -> dict[str, Any]:
     """The bundle's manifest, with the server's tools."""
-    listed = [{"name": tool.name, "description": _first_sentence(tool.description or "")} for tool in tools()]
+    listed = [
+        {"name": tool.name, "description": _first_sentence(tool.description or "")}
+        for tool in tools(reading_files=True)
+    ]
     return {**template("manifest.json"), "version": version, "tools": listed}
 
 

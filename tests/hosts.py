@@ -71,10 +71,17 @@ def images_of(result: CallToolResult) -> list[ImageContent]:
 
 @asynccontextmanager
 async def in_memory(
-    data: Path, *sequences: Path, shared: bool = False, read_only: bool = False, **client: Any
+    data: Path,
+    *sequences: Path,
+    allowed: Path | None = None,
+    shared: bool = False,
+    read_only: bool = False,
+    **client: Any,
 ) -> AsyncIterator[Host]:
     """A host connected to a server in this process; ``client`` are options of the SDK's client."""
-    with AppContext(ServerSettings(data, sequences=sequences, shared=shared, read_only=read_only)) as app:
+    folders = (allowed,) if allowed else ()
+    settings = ServerSettings(data, sequences=sequences, allowed=folders, shared=shared, read_only=read_only)
+    with AppContext(settings) as app:
         async with Client(FoldingServer(app), **client) as connected:
             yield Host(connected)
 

@@ -67,7 +67,7 @@ def test_the_manifest_follows_its_schema_and_is_of_the_uv_type(manifest: dict[st
 
 
 def test_the_manifest_names_every_tool_of_the_server(manifest: dict[str, Any]) -> None:
-    assert [tool["name"] for tool in manifest["tools"]] == [tool.name for tool in tools()]
+    assert [tool["name"] for tool in manifest["tools"]] == [tool.name for tool in tools(reading_files=True)]
     assert all(re.fullmatch(r"[A-Z].*\.", tool["description"]) for tool in manifest["tools"])
 
 
@@ -94,6 +94,9 @@ def test_the_bundle_installs_its_own_wheel_with_what_is_locked(bundle: zipfile.Z
         (["/a b", "/c"], ["--sequences", "/a b", "--sequences", "/c"]),
         ([""], []),
         (["${user_config.sequences}"], []),
+        (["/a", "--allow", "/c d", "/e"], ["--sequences", "/a", "--allow", "/c d", "--allow", "/e"]),
+        (["--allow", "/c"], ["--allow", "/c"]),
+        (["${user_config.sequences}", "--allow", "${user_config.films}"], []),
         ([], []),
     ],
 )

@@ -8,7 +8,8 @@ import pytest
 from folding_server.errors import PhotoError
 from folding_server.frames.image_differences import changed_pixels, soften, solid_area
 from folding_server.frames.keyframes import propose_keyframes
-from folding_server.frames.sequence_writer import DeclaredSheet, keyframes_command, write_sequence
+from folding_server.frames.sequence_folder import DeclaredSheet
+from folding_server.frames.sequence_writer import keyframes_command, write_sequence
 from folding_server.frames.sequences import Library, load_sequence
 from paths import EXAMPLES
 from PIL import Image

@@ -12,6 +12,7 @@ Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
 AttemptOutcome = Literal["open", "restored", "saved", "committed"]
 ExportFormat = Literal["fold", "crease-pattern", "crease-pattern-svg", "svg", "png", "obj", "program"]
+SequenceOutcome = Literal["added", "replaced", "unchanged"]
 Images = Literal["none", "small", "full"]
 """Whether an answer has its pictures, and how large: ``small`` is half as wide and high."""
 
@@ -30,6 +31,30 @@ class SequenceList(Wire):
 
     sequences: list[SequenceInfo]
     problems: list[str] = []
+
+
+class AddedKeyframe(Wire):
+    """A keyframe of an added sequence: its frame, from 1; the number of its image, and its time in a film."""
+
+    frame: int
+    image: int
+    seconds: float | None
+
+
+class SequenceAdded(Wire):
+    """Answer of ``add_sequence``.
+
+    ``frames`` counts the keyframes, ``images`` all images of the film, or the photos. A sequence is ``unchanged`` where it
+    was there like this already. Images of a film are numbered from 0, photos from 1.
+    """
+
+    name: str
+    outcome: SequenceOutcome
+    images: int
+    frames: int
+    keyframes: list[AddedKeyframe]
+    front_color: str | None
+    back_color: str | None
 
 
 class RunInfo(Wire):

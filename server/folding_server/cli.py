@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from folding_server.command_options import (
+    Allowed,
     Data,
     Database,
     Http,
@@ -74,6 +75,7 @@ def serve(
     context: typer.Context,
     http: Http = None,
     sequences: Sequences = None,
+    allow: Allowed = None,
     data: Data = None,
     database: Database = None,
     known_as: KnownAs = None,
@@ -90,6 +92,7 @@ def serve(
     from folding_server.store.limits import parse_limits
 
     require_folders(sequences or ())
+    require_folders(allow or (), "allow")
     _check_tokens_are_meant(http, token_file, limit)
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     folder = _data_folder(data)
@@ -99,6 +102,7 @@ def serve(
         folder,
         database,
         tuple(sequences or ()),
+        tuple(each.resolve() for each in allow or ()),
         shared=http is not None,
         tool_set=tools,
         read_only=read_only,
@@ -275,7 +279,8 @@ def keyframes(
     as_json: Json = False,
 ) -> None:
     """Propose the keyframes of a video and write them as a sequence."""
-    from folding_server.frames.sequence_writer import DeclaredSheet, keyframes_command
+    from folding_server.frames.sequence_folder import DeclaredSheet
+    from folding_server.frames.sequence_writer import keyframes_command
 
     told = DeclaredSheet(front_color=front_color, back_color=back_color)
     report = keyframes_command(video, out, paper=told, progress=_Progress("watching").tell)

@@ -15,6 +15,15 @@ Sequences = Annotated[
     list[Path] | None,
     typer.Option(metavar="DIR", parser=typed_path, help="A folder of photo sequences; may be repeated."),
 ]
+Allowed = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--allow",
+        metavar="DIR",
+        parser=typed_path,
+        help="A folder of films and photos that hosts may name by path, to make sequences of them; may be repeated.",
+    ),
+]
 Data = Annotated[
     Path | None,
     typer.Option(metavar="DIR", parser=typed_path, help="Where runs are kept; made when missing."),

@@ -14,14 +14,14 @@ def typed_path(text: str) -> Path:
         raise typer.BadParameter(f"{text!r} begins with a user who has no folder here") from error
 
 
-def require_folders(folders: Iterable[Path]) -> None:
-    """Raise BadParameter for the first of the folders to serve that is none, or that may not be looked at."""
+def require_folders(folders: Iterable[Path], use: str = "serve sequences from") -> None:
+    """Raise BadParameter for the first folder that is none, or that may not be looked at; ``use`` is what it is for."""
     for folder in folders:
         try:
             found = folder.is_dir()
         except OSError as error:
             raise typer.BadParameter(
-                f"the folder {folder} cannot be looked at ({error.strerror}); give another to serve sequences from"
+                f"the folder {folder} cannot be looked at ({error.strerror}); give another to {use}"
             ) from error
         if not found:
-            raise typer.BadParameter(f"there is no folder {folder} to serve sequences from")
+            raise typer.BadParameter(f"there is no folder {folder} to {use}")

@@ -1,7 +1,7 @@
 """Sequences of keyframes, and the library that serves them from the folders it was given, nowhere else."""
 
 import hashlib
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from collections.abc import Sequence as ListOf
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -141,11 +141,17 @@ class Library:
 
     Names are compared with the names of the sequences found and never joined to a path, so that no name can
     lead out of the roots; folders that link out of their root are not served.
+
+    ``added`` is a folder that may hold more of them, or not be there: those added through the server. They give way to
+    sequences of the same name in the roots.
     """
 
-    def __init__(self, roots: ListOf[Path]) -> None:
+    def __init__(
+        self, roots: ListOf[Path], added: Path | None = None, cache: PhotoCache | None = None
+    ) -> None:
         self._roots = [Path(root) for root in roots]
-        self._cache = PhotoCache()
+        self._added = added
+        self._cache = cache or PhotoCache()
         self._loaded: dict[Path, tuple[Hashable, Sequence]] = {}
         for root in self._roots:
             if not root.is_dir():
@@ -165,6 +171,11 @@ class Library:
             str(error) for _, error in sorted(broken.items(), key=lambda item: item[0])
         ]
 
+    def served_names(self) -> set[str]:
+        """The names of the sequences in the roots, without those that were added."""
+        found, _ = self._scan_folders(self._folders())
+        return set(found)
+
     def open(self, name: str) -> Sequence:
         """The sequence called `name`; PhotoError if that is a path, unknown, ambiguous or a broken folder."""
         check_name(name)
@@ -182,9 +193,19 @@ class Library:
 
     def _scan(self) -> tuple[dict[str, list[Sequence]], dict[str, PhotoError]]:
         """Sequences by name, and the errors of broken folders by the folder's name."""
+        found, broken = self._scan_folders(self._folders())
+        if self._added is not None and self._added.is_dir():
+            added, damaged = self._scan_folders(_sequence_folders(self._added.resolve()))
+            broken |= damaged | {name: _hidden(name) for name in added.keys() & found.keys()}
+            found = added | found
+        return found, broken
+
+    def _scan_folders(
+        self, folders: Iterable[Path]
+    ) -> tuple[dict[str, list[Sequence]], dict[str, PhotoError]]:
         found: dict[str, list[Sequence]] = {}
         broken: dict[str, PhotoError] = {}
-        for folder in self._folders():
+        for folder in folders:
             try:
                 with _readable(folder):
                     sequence = self._load(folder)
@@ -196,14 +217,8 @@ class Library:
 
     def _folders(self) -> list[Path]:
         """The real folders that hold a manifest, each once."""
-        folders: dict[Path, None] = {}
-        for root in (root.resolve() for root in self._roots):
-            with _readable(root):
-                inside = [root] if _has_manifest(root) else sorted(root.iterdir())
-            for folder in inside:
-                if _has_manifest(folder) and folder.resolve().is_relative_to(root):
-                    folders[folder.resolve()] = None
-        return list(folders)
+        roots = [root.resolve() for root in self._roots]
+        return list(dict.fromkeys(folder for root in roots for folder in _sequence_folders(root)))
 
     def _load(self, folder: Path) -> Sequence:
         """The sequence in `folder`, loaded again only when its manifest or its images have changed."""
@@ -218,6 +233,15 @@ class Library:
         sequence = load_sequence(folder, self._cache)
         self._loaded[folder] = stamp, sequence
         return sequence
+
+
+def _sequence_folders(root: Path) -> Iterator[Path]:
+    """The real folders with a manifest in a root: itself, or those one level down that do not link out of it."""
+    with _readable(root):
+        inside = [root] if _has_manifest(root) else sorted(root.iterdir())
+    for folder in inside:
+        if _has_manifest(folder) and folder.resolve().is_relative_to(root):
+            yield folder.resolve()
 
 
 def _has_manifest(folder: Path) -> bool:
@@ -259,6 +283,12 @@ def _file_digest(path: Path) -> bytes:
 def _ambiguous(name: str, same: ListOf[Sequence]) -> str:
     places = " and ".join(str(sequence.folder) for sequence in same)
     return f"{len(same)} sequences are called {name!r} ({places}): change the name in one's {FILE_NAME}"
+
+
+def _hidden(name: str) -> PhotoError:
+    return PhotoError(
+        f"the sequence {name!r} that was added is hidden by one of that name in the server's folders: add it again by another name"
+    )
 
 
 def _known(names: ListOf[str]) -> str:

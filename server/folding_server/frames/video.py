@@ -97,11 +97,21 @@ class Video:
                     due = max(due + 1 / rate, self.times[index] + 0.5 / rate)
                     yield VideoImage(index, self.times[index], _pixels(frame, longest))
 
+    def label(self, index: int) -> str:
+        """The index and its time, as ``120  0:04.0``."""
+        return f"{index}  {clock(self.times[index])}"
+
     def _check(self, index: int) -> None:
         if not 0 <= index < len(self.times):
             raise PhotoError(
                 f"image {index} is not in {self.path.name}, whose images are 0..{len(self.times) - 1}"
             )
+
+
+def clock(seconds: float) -> str:
+    """A time in a film, as ``0:04.0``: minutes, seconds and tenths."""
+    tenths = round(10 * seconds)
+    return f"{tenths // 600}:{tenths % 600 / 10:04.1f}"
 
 
 def open_video(path: Path) -> Video:

@@ -22,6 +22,15 @@ _Sequences = Annotated[
         help="A folder of photo sequences that it is to serve; may be repeated.",
     ),
 ]
+_Allowed = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--allow",
+        metavar="DIR",
+        parser=typed_path,
+        help="A folder of films and photos that it may make sequences of; may be repeated.",
+    ),
+]
 _Data = Annotated[
     Path | None, typer.Option(metavar="DIR", parser=typed_path, help="Where it is to keep runs.")
 ]
@@ -38,6 +47,7 @@ _File = Annotated[
 def install(
     host: _HostName,
     sequences: _Sequences = None,
+    allow: _Allowed = None,
     data: _Data = None,
     file: _File = None,
     dry_run: _DryRun = False,
@@ -46,7 +56,8 @@ def install(
     from folding_server.install.entry import server_command
 
     require_folders(sequences or ())
-    command = server_command(sequences or (), data)
+    require_folders(allow or (), "allow")
+    command = server_command(sequences or (), data, allow or ())
     known = HOSTS[host]
     place = file or (known.file(Machine()) if known.file else None)
     if place is None:

@@ -20,12 +20,15 @@ REMOTE = frozenset({"type", "url", "httpUrl", "serverUrl", "headers", "http_head
 Entry = Mapping[str, Any]
 
 
-def server_command(sequences: Sequence[Path] = (), data: Path | None = None) -> list[str]:
+def server_command(
+    sequences: Sequence[Path] = (), data: Path | None = None, allowed: Sequence[Path] = ()
+) -> list[str]:
     """The words that start this very installation over stdio, wherever they are said."""
     script = shutil.which(SCRIPT, path=sysconfig.get_path("scripts"))
     start = [str(Path(script).absolute())] if script else [sys.executable, "-m", "folding_server"]
     folders = [word for folder in sequences for word in ("--sequences", str(folder.resolve()))]
-    return [*start, *folders, *(["--data", str(data.resolve())] if data else [])]
+    files = [word for folder in allowed for word in ("--allow", str(folder.resolve()))]
+    return [*start, *folders, *files, *(["--data", str(data.resolve())] if data else [])]
 
 
 def entry_for(host: Host, command: Sequence[str], existing: Entry | None = None) -> Entry:

@@ -7,6 +7,7 @@ from folding_server.mcp.arguments import ArgumentsAsSent
 from folding_server.mcp.schemas import lean_input, lean_output
 from folding_server.mcp.tool_record import ToolRecord, ToolSelection
 from folding_server.mcp.tools import (
+    adding,
     apps,
     attempts,
     checkpoints,
@@ -48,9 +49,19 @@ RECORDS: tuple[ToolRecord, ...] = (
 )
 
 
-def tools(tool_set: ToolSelection = "all", *, read_only: bool = False) -> list[Tool]:
-    """The tools of a set; with ``read_only`` those of them that change nothing. KeyError if one has no description."""
-    return [_tool(record) for record in RECORDS if record.offered(tool_set, read_only)]
+READING_FILES: tuple[ToolRecord, ...] = (adding.add_sequence,)
+"""Tools that read files of the user's own: offered only where folders are allowed."""
+
+
+def tools(
+    tool_set: ToolSelection = "all", *, read_only: bool = False, reading_files: bool = False
+) -> list[Tool]:
+    """The tools of a set; with ``read_only`` those of them that change nothing, with ``reading_files`` also those that do so.
+
+    KeyError if one has no description.
+    """
+    records = (*RECORDS, *READING_FILES) if reading_files else RECORDS
+    return [_tool(record) for record in records if record.offered(tool_set, read_only)]
 
 
 def _tool(record: ToolRecord) -> Tool:

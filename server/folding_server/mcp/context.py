@@ -26,6 +26,9 @@ from folding_server.store.limits import NO_LIMITS, OwnerLimits
 from folding_server.store.rules import check_same_sequence
 
 if TYPE_CHECKING:
+    from folding_server.frames.added_sequences import AddedSequences
+    from folding_server.frames.allowed_folders import AllowedFolders
+    from folding_server.frames.photo_cache import PhotoCache
     from folding_server.frames.sequences import Library, Sequence
     from folding_server.store.change import Change
     from folding_server.store.owners import RunSummary
@@ -41,7 +44,8 @@ class ServerSettings:
     """What a server is started with.
 
     ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
-    are served from the folders ``sequences`` alone. ``shared`` is true where many hosts reach one process:
+    are served from the folders ``sequences`` alone, and those that callers have added from the files below the folders
+    ``allowed``, which no other caller may read. ``shared`` is true where many hosts reach one process:
     then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
     each owner of tokens.
     """
@@ -49,6 +53,7 @@ class ServerSettings:
     data: Path
     database: str | None = None
     sequences: tuple[Path, ...] = ()
+    allowed: tuple[Path, ...] = ()
     shared: bool = False
     tool_set: ToolSelection = "all"
     read_only: bool = False
@@ -67,7 +72,10 @@ class AppContext:
         self.replays = ReplayCache()
         self.observers = ObserverCache()
         self._store: RunStore | None = None
-        self._library: Library | None = None
+        self.placing = Lock()
+        """Held while an added sequence is given its name and its place."""
+        self._libraries: dict[str | None, Library] = {}
+        self._photos: PhotoCache | None = None
         self._newest: str | None = None
         self._guard = Lock()
 
@@ -84,13 +92,33 @@ class AppContext:
 
     @property
     def library(self) -> "Library":
-        """The sequences that may be served. PhotoError if one of their folders is missing."""
-        from folding_server.frames.sequences import Library  # noqa: PLC0415  (loads numpy and Pillow)
+        """The sequences that may be served to the caller: everybody's, and those that the caller has added.
 
+        PhotoError if one of their folders is missing.
+        """
+        from folding_server.frames.added_sequences import added_folder  # noqa: PLC0415  (loads numpy and Pillow)
+        from folding_server.frames.photo_cache import PhotoCache  # noqa: PLC0415
+        from folding_server.frames.sequences import Library  # noqa: PLC0415
+
+        owner = caller()
         with self._guard:
-            if self._library is None:
-                self._library = Library(self.settings.sequences)
-            return self._library
+            if owner not in self._libraries:
+                added = added_folder(self.settings.data, owner)
+                self._photos = self._photos or PhotoCache()
+                self._libraries[owner] = Library(self.settings.sequences, added, self._photos)
+            return self._libraries[owner]
+
+    def added_sequences(self) -> "AddedSequences":
+        """The sequences that the caller has added, to add others."""
+        from folding_server.frames.added_sequences import AddedSequences  # noqa: PLC0415
+
+        return AddedSequences(self.settings.data, caller())
+
+    def allowed_folders(self) -> "AllowedFolders":
+        """The folders whose files may be read for a caller; never what the server itself keeps."""
+        from folding_server.frames.allowed_folders import AllowedFolders  # noqa: PLC0415
+
+        return AllowedFolders(self.settings.allowed, self.settings.data, short=self.settings.shared)
 
     def prepare(self) -> None:
         """Open the store and the library now, so that what is wrong with them shows before anyone calls."""

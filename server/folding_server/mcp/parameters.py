@@ -4,6 +4,7 @@ Each description is a noun phrase: hosts show it to their model, and a refusal s
 lists that come as text are read.
 """
 
+import json
 from typing import Annotated
 
 from folding_schemas.actions import Direction, FlipAxis
@@ -24,6 +25,17 @@ def _listed(value: object) -> object:
         return value
     parts = value.strip().removeprefix("[").removesuffix("]").replace(",", " ").split()
     return parts if parts and all(part.isdecimal() for part in parts) else value
+
+
+def _texts(value: object) -> object:
+    """Texts that came as one text, such as a path or '["a.jpg", "b.jpg"]', as a list; anything else as it is."""
+    if not isinstance(value, str):
+        return value
+    try:
+        read = json.loads(value)
+    except ValueError:
+        return [value]
+    return read if isinstance(read, list) else [value]
 
 
 MOST_DEGREES = 360
@@ -70,6 +82,22 @@ Degrees = Annotated[
     ),
 ]
 Axis = Annotated[FlipAxis, Field(description="one of x, y, y=x and y=-x")]
+FilePaths = Annotated[
+    tuple[str, ...],
+    BeforeValidator(_texts),
+    WithJsonSchema({"type": "array", "items": {"type": "string"}}),
+    Field(
+        description="the path of a film, of a folder of photos in the order of their names, or of each photo in order"
+    ),
+]
+ImageNumbers = Annotated[
+    tuple[_Whole, ...] | None,
+    BeforeValidator(_listed),
+    WithJsonSchema({"type": "array", "items": {"type": "integer"}}),
+    Field(
+        description="increasing numbers of the images that are keyframes, as the contact sheet has them; left out, they are proposed"
+    ),
+]
 Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1"), READ_WHOLE]
 LaterFrame = Annotated[int, Field(ge=2, description="the later keyframe's number, from 2"), READ_WHOLE]
 ImageSize = Annotated[Images, Field(description="none, small (half as wide) or full; left out, full")]

@@ -37,7 +37,7 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
 
 
 def _register_sequences(server: "MCPServer[AppContext]", app: AppContext) -> None:
-    @server.resource("folding://sequences", title="Photo sequences", mime_type=at.JSON, icons=_PHOTO)
+    @server.resource(at.SEQUENCE_LIST, title="Photo sequences", mime_type=at.JSON, icons=_PHOTO)
     def sequences() -> str:
         """The photo sequences that can be opened."""
         return sequence_list(app).model_dump_json()

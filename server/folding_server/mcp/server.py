@@ -34,7 +34,8 @@ from folding_server.mcp.arguments import known_arguments, unknown_arguments
 from folding_server.mcp.auth import auth_settings
 from folding_server.mcp.context import AppContext
 from folding_server.mcp.results import readable
-from folding_server.mcp.services.run_addresses import changed_addresses
+from folding_server.mcp.services.allowing import ALLOWING
+from folding_server.mcp.services.run_addresses import SEQUENCE_LIST, changed_addresses
 from folding_server.mcp.stdio import answering_stdio
 from folding_server.mcp.subscriptions import Subscriptions
 from folding_server.mcp.tools.apps import model_app
@@ -47,7 +48,10 @@ class FoldingServer(MCPServer[AppContext]):
     """
 
     def __init__(self, app: AppContext, tokens: TokenVerifier | None = None) -> None:
-        tools = catalogue.tools(app.settings.tool_set, read_only=app.settings.read_only)
+        settings = app.settings
+        tools = catalogue.tools(
+            settings.tool_set, read_only=settings.read_only, reading_files=bool(settings.allowed)
+        )
         self._app = app
         bus = InMemorySubscriptionBus()
         self._hosts = Subscriptions(app, bus)
@@ -83,7 +87,7 @@ class FoldingServer(MCPServer[AppContext]):
         """Call a tool. ToolError for an unknown tool and whatever it refuses. Arguments it does not know are ignored."""
         tool = self.catalogue.get(name)
         if tool is None:
-            raise ToolError(errors.unknown_tool(name, self.catalogue))
+            raise ToolError(self._not_offered(name))
         given = known_arguments(tool.parameters, arguments)
         stray = unknown_arguments(tool.parameters, arguments)
         note = errors.ignored_arguments(name, tool.parameters, stray) if stray else ""
@@ -100,6 +104,12 @@ class FoldingServer(MCPServer[AppContext]):
             await self._changed(tool, given, answer, context)
         return answer
 
+    def _not_offered(self, name: str) -> str:
+        """Why a tool is not there."""
+        if name == "add_sequence" and not self._app.settings.read_only:
+            return ALLOWING
+        return errors.unknown_tool(name, self.catalogue)
+
     async def _changed(
         self,
         tool: Tool,
@@ -114,6 +124,9 @@ class FoldingServer(MCPServer[AppContext]):
         await self._log(
             context, "info", f"{tool.name}: {first.text if isinstance(first, TextContent) else ''}"
         )
+        if "run_id" not in tool.parameters["properties"]:
+            await self._hosts.changed(context, [SEQUENCE_LIST])
+            return
         told = answer.structured_content or {}
         run_id = told.get("run_id") or given.get("run_id") or self._app.newest
         frames = [told["frame"]] if "frame" in given else []

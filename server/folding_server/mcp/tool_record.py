@@ -16,6 +16,10 @@ LOOKS = ToolAnnotations(read_only_hint=True, idempotent_hint=True, open_world_hi
 """Changes nothing."""
 ADDS = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)
 """Adds to a run, and more with each call."""
+KEEPS = ToolAnnotations(
+    read_only_hint=False, destructive_hint=False, idempotent_hint=True, open_world_hint=False
+)
+"""Keeps something new; a second call finds it there."""
 GIVES_UP = ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world_hint=False)
 """Takes something away from a run."""
 SETTLES = ToolAnnotations(

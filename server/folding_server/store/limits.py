@@ -13,8 +13,8 @@ BYTES_PER_MEGABYTE = 1_000_000
 class OwnerLimits:
     """The most that each owner may have; None for no limit. Who calls without a token is no owner and has none.
 
-    ``bytes`` is what the events of all the owner's runs take up, and may be passed by one event: it is looked at before
-    a change. ``vision_seconds`` counts from midnight UTC, and may be passed by the call that is under way.
+    ``bytes`` is what the events of all the owner's runs take up, and again what the sequences that the owner added do. It may
+    be passed by one event, or one sequence: it is looked at before a change. ``vision_seconds`` counts from midnight UTC, and may be passed by the call that is under way.
     """
 
     runs: int | None = None
@@ -34,6 +34,14 @@ class OwnerLimits:
         if self.bytes is not None and stored >= self.bytes:
             raise RunError(
                 f"the runs of {owner} take up {stored / BYTES_PER_MEGABYTE:.3g} MB, and this server keeps at most "
+                f"{self.bytes / BYTES_PER_MEGABYTE:.3g} MB for an owner; ask whoever runs the server for more"
+            )
+
+    def check_sequence_bytes(self, owner: str, stored: int) -> None:
+        """Raise RunError if an owner whose added sequences take up this many bytes may add no other."""
+        if self.bytes is not None and stored >= self.bytes:
+            raise RunError(
+                f"the sequences that {owner} added take up {stored / BYTES_PER_MEGABYTE:.3g} MB, and this server keeps at most "
                 f"{self.bytes / BYTES_PER_MEGABYTE:.3g} MB for an owner; ask whoever runs the server for more"
             )
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Row, bindparam, func, insert, select, tuple_, update
 
-from folding_server.store.schema import RUNS, VISION
+from folding_server.store.schema import EVENTS, RUNS, VISION
 from folding_server.store.views import RunView
 
 
@@ -97,6 +97,15 @@ def runs_page(
             return None
         query = query.where(tuple_(RUNS.c.opened, RUNS.c.run_id) < (last.opened, last.run_id))
     return [_summary(row) for row in connection.execute(query)]
+
+
+def opened_on(connection: Connection, sequence: str, fingerprint: str) -> bool:
+    """Whether a run was opened on the sequence of this name while it had this fingerprint, a digest in hexadecimal."""
+    first = (EVENTS.c.run_id == RUNS.c.run_id) & (EVENTS.c.seq == 1)
+    query = select(RUNS.c.run_id).join(EVENTS, first).where(RUNS.c.sequence == sequence)
+    return (
+        connection.execute(query.where(EVENTS.c.payload.contains(fingerprint)).limit(1)).first() is not None
+    )
 
 
 def _summary(row: Row[Any]) -> RunSummary:

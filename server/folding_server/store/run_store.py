@@ -160,6 +160,11 @@ class RunStore:
             raise _unknown(str(before))
         return found
 
+    def has_runs(self, sequence: str, fingerprint: str) -> bool:
+        """Whether runs, whosesoever, were opened on the sequence of this name as it was with this fingerprint."""
+        with self._log.reading() as transaction:
+            return owners.opened_on(transaction.connection, sequence, fingerprint)
+
     def require_owner(self, run_id: str, owner: str | None) -> None:
         """Raise RunError, as for a run that there is not, if the run belongs to another than this owner.
 

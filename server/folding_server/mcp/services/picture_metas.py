@@ -46,6 +46,11 @@ def overview_of_checkpoints() -> PictureMeta:
     return PictureMeta(subject="overview of the checkpoints", role="overview")
 
 
+def contact_sheet_of_sequence(name: str) -> PictureMeta:
+    """The keyframes of a sequence among images between them."""
+    return PictureMeta(subject=f"contact sheet of the sequence {name}", role="overview")
+
+
 def exported_diagram() -> PictureMeta:
     """The current state as a file."""
     return PictureMeta(subject="exported diagram of the current state", role="diagram")

@@ -6,6 +6,7 @@ from mcp.types import ResourceLink
 
 from folding_server.mcp import icons
 
+SEQUENCE_LIST = "folding://sequences"
 RUN_LIST = "folding://runs"
 RUN = "folding://runs/{run_id}"
 STATE = RUN + "/state"

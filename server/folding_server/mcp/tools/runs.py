@@ -10,6 +10,7 @@ from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context, request_id_of
 from folding_server.mcp.parameters import READ_WHOLE, RunId
 from folding_server.mcp.results import call_tool_result
+from folding_server.mcp.services.allowing import ALLOWING
 from folding_server.mcp.services.run_addresses import checkpoint_links, file_links
 from folding_server.mcp.services.run_list import MOST_RUNS, newest_runs
 from folding_server.mcp.services.run_status import next_step, run_info
@@ -38,7 +39,14 @@ def list_sequences(ctx: ToolContext) -> Annotated[CallToolResult, SequenceList]:
     text = (
         f"Sequences: {names}." if names else "There are no sequences here; open_run without one folds freely."
     )
-    return call_tool_result(" ".join((text, *found.problems)), found)
+    return call_tool_result(" ".join((text, *_adding(app_context(ctx)), *found.problems)), found)
+
+
+def _adding(app: AppContext) -> list[str]:
+    """How films and photos of the user's own become sequences, said to hosts whose user starts the server."""
+    if app.settings.read_only or app.settings.shared:
+        return []
+    return ["add_sequence makes others of films and photos."] if app.settings.allowed else [ALLOWING]
 
 
 def sequence_list(app: AppContext) -> SequenceList:

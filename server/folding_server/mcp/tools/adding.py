@@ -1,0 +1,89 @@
+"""Adding sequences: a film or photos of the user's own become a sequence that can be opened like any other."""
+
+from typing import Annotated
+
+from folding_schemas.results import AddedKeyframe, SequenceAdded
+from mcp.types import CallToolResult
+from pydantic import Field
+
+from folding_server.mcp import icons
+from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.parameters import FilePaths, ImageNumbers, ImageSize
+from folding_server.mcp.results import AnswerPicture, picture_result
+from folding_server.mcp.services import picture_metas
+from folding_server.mcp.services.sequence_adding import (
+    AddedAnswer,
+    SequenceWish,
+    add_to_library,
+    contact_sheet_of,
+)
+from folding_server.mcp.tool_progress import ToolPercent
+from folding_server.mcp.tool_record import KEEPS, tool
+
+_SAID = 30
+"""How many keyframes the text of an answer names; the data has all."""
+
+NewName = Annotated[
+    str | None, Field(description="a name for the sequence; left out, that of the file or folder")
+]
+PaperColor = Annotated[
+    str | None,
+    Field(
+        description="the colour of one side of the paper, such as #2060c0; left out, it is seen in the photos"
+    ),
+]
+
+
+@tool("Add a sequence", KEEPS, icons.PHOTO_ICON, within="paper", pictures=True)
+def add_sequence(
+    ctx: ToolContext,
+    paths: FilePaths,
+    name: NewName = None,
+    keyframes: ImageNumbers = None,
+    front_color: PaperColor = None,
+    back_color: PaperColor = None,
+    images: ImageSize = "full",
+) -> Annotated[CallToolResult, SequenceAdded]:
+    """Make a sequence of a film or of photos."""
+    wish = SequenceWish(paths, name, keyframes, front_color, back_color)
+    answer = add_to_library(app_context(ctx), wish, ToolPercent(ctx, "looking through the images").tell)
+    shown = (
+        AnswerPicture(contact_sheet_of(each), picture_metas.contact_sheet_of_sequence(each.name))
+        for each in [answer]
+    )
+    return picture_result(_in_words(answer), _added(answer), shown, images)
+
+
+def _added(answer: AddedAnswer) -> SequenceAdded:
+    """What came of it, as data."""
+    built, known = answer.built, answer.kept.manifest
+    seconds = built.seconds or [None] * len(built.keyframes)
+    found = enumerate(zip(built.keyframes, seconds, strict=True), start=1)
+    return SequenceAdded(
+        name=answer.name,
+        outcome=answer.outcome,
+        images=built.images,
+        frames=len(built.keyframes),
+        keyframes=[
+            AddedKeyframe(frame=frame, image=image, seconds=None if time is None else round(time, 3))
+            for frame, (image, time) in found
+        ],
+        front_color=known.front_color,
+        back_color=known.back_color,
+    )
+
+
+def _in_words(answer: AddedAnswer) -> str:
+    """What came of it, and what to do next."""
+    done = {"added": "was added", "replaced": "was replaced", "unchanged": "is as it was"}[answer.outcome]
+    frames, numbers = len(answer.built.keyframes), ", ".join(map(str, answer.built.keyframes[:_SAID]))
+    more = " and so on" if frames > _SAID else ""
+    other = ""
+    if answer.name != answer.asked:
+        other = f" There is a {answer.asked!r} already that is not to be changed, since it is of other files or runs of it are kept."
+    return (
+        f"The sequence {answer.name!r} {done}: {frames} keyframes of {answer.built.images} images, {numbers}{more}.{other} "
+        "Look at the contact sheet, where keyframes are framed in red and each image stands under its number: frame 1 has "
+        "to show the flat sheet, and each later one the paper after one step. To correct them, call add_sequence again with "
+        f"the same paths and the right numbers as keyframes; then open_run with sequence {answer.name!r}."
+    )
