@@ -223,9 +223,8 @@ class TestPhotos:
 
 
 class TestNames:
-    async def test_runs_keep_the_sequence_that_they_were_opened_on(
-        self, tmp_path: Path, films: Path, letter: Clip
-    ) -> None:
+    @pytest.mark.usefixtures("letter")
+    async def test_runs_keep_the_sequence_that_they_were_opened_on(self, tmp_path: Path, films: Path) -> None:
         async with in_memory(tmp_path / "data", allowed=films) as host:
             await host.call("add_sequence", paths="letter.mp4")
             run_id = (await host.call("open_run", sequence="letter"))["run_id"]
@@ -242,8 +241,9 @@ class TestNames:
             ("letter 2", "replaced")
         ] * 2
 
+    @pytest.mark.usefixtures("letter")
     async def test_a_name_that_is_taken_is_refused_where_it_was_chosen_and_numbered_where_not(
-        self, tmp_path: Path, films: Path, letter: Clip
+        self, tmp_path: Path, films: Path
     ) -> None:
         for folder in ("sailboat", "more/sailboat"):
             write_image(films / folder / "1.jpg", photo(len(folder)))
@@ -315,8 +315,9 @@ class TestRefusals:
             ({"paths": 7}, "must be the path of a film"),
         ],
     )
+    @pytest.mark.usefixtures("letter")
     async def test_a_mistake_is_one_sentence_and_nothing_is_kept(
-        self, tmp_path: Path, films: Path, letter: Clip, arguments: dict[str, Any], named: str
+        self, tmp_path: Path, films: Path, arguments: dict[str, Any], named: str
     ) -> None:
         (films / "text.mp4").write_text("no film")
         (films / "text.jpg").write_text("no photo")

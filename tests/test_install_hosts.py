@@ -71,6 +71,18 @@ def test_a_host_without_a_file_gets_one_with_absolute_paths(host: str, home: Pat
 
 
 @pytest.mark.parametrize("host", FILES)
+def test_folders_of_films_are_entered_with_absolute_paths(
+    host: str, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (home / "films" / "new").mkdir(parents=True)
+    monkeypatch.chdir(home / "films")
+    assert install("--host", host, "--allow", "new", "--allow", "~/films") == 0
+    entry = document(home / FILES[host])[SECTIONS.get(host, "mcpServers")]["folding"]
+    assert entry["args"][-4:] == ["--allow", str(home / "films" / "new"), "--allow", str(home / "films")]
+    assert install("--host", host, "--allow", "nothing") != 0
+
+
+@pytest.mark.parametrize("host", FILES)
 def test_installing_twice_is_installing_once(
     host: str, home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
