@@ -15,7 +15,7 @@ from folding_server.frames.added_sequences import STALE_SECONDS, added_folder
 from folding_server.frames.sequences import Library
 from folding_server.mcp.context import ServerSettings
 from folding_server.store.limits import OwnerLimits
-from hosts import Host, images_of, in_memory, stdio, text_of
+from hosts import Host, images_of, in_memory, server, stdio, text_of
 from mcp import Client, MCPError
 from photographed import photos
 from pictures import noise, write_image
@@ -213,3 +213,40 @@ async def test_over_stdio_a_film_below_an_allowed_folder_becomes_a_sequence(
         assert "'letter' was added: 2 keyframes" in text_of(answer)
         assert "may not be read" in await host.refusal("add_sequence", paths="/etc/hostname")
         assert (await host.call("open_run", sequence="letter"))["frames"] == 2
+
+
+WITHOUT_PYAV = """
+import sys
+sys.modules["av"] = None
+from pathlib import Path
+from folding_server.errors import FoldingError
+from folding_server.mcp.context import AppContext, ServerSettings
+from folding_server.mcp.services.sequence_adding import SequenceWish, add_to_library
+
+with AppContext(ServerSettings(Path(sys.argv[1]), allowed=(Path(sys.argv[2]),))) as app:
+    print(add_to_library(app, SequenceWish(("hat",)), lambda part: None).name, "cv2" in sys.modules)
+    try:
+        add_to_library(app, SequenceWish(("film.mp4",)), lambda part: None)
+    except FoldingError as refusal:
+        print(refusal)
+"""
+
+
+def test_photos_need_no_pyav_and_a_film_is_refused_with_what_to_install(tmp_path: Path, films: Path) -> None:
+    (films / "film.mp4").write_bytes(b"film")
+    command = [sys.executable, "-c", WITHOUT_PYAV, str(tmp_path / "data"), str(films)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    added, refused = done.stdout.splitlines()
+    assert added == "hat False"
+    assert "pip install 'foldingagent-mcp[video]'" in refused
+
+
+async def test_the_view_shows_a_run_of_an_added_sequence_with_its_photos(tmp_path: Path, films: Path) -> None:
+    async with in_memory(tmp_path / "data", allowed=films) as host:
+        await host.call("add_sequence", paths="hat")
+        run_id = (await host.call("open_run", sequence="hat"))["run_id"]
+        await host.call("save_checkpoint", frame=1)
+    page = tmp_path / "run.html"
+    written = server("view", run_id, "--data", tmp_path / "data", "-o", page)
+    assert (written.returncode, written.stderr) == (0, "")
+    assert page.read_text(encoding="utf-8").count("data:image/jpeg;base64,") == 1

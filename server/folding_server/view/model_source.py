@@ -9,6 +9,7 @@ from typing import Any
 from folding_schemas.actions import Program
 
 from folding_server.errors import FoldingError, PhotoError
+from folding_server.frames.added_sequences import added_folder
 from folding_server.frames.sequences import Library, Sequence, load_sequence
 from folding_server.interchange.programs import load_published
 from folding_server.store.database import DATABASE_NAME
@@ -43,6 +44,10 @@ class StoredRuns:
             )
         return RunStore.in_folder(self.data)
 
+    def library(self, sequences: Iterable[Path]) -> Library:
+        """The sequences in folders, and those that were added without a token. PhotoError if a folder is missing."""
+        return Library(list(sequences), added_folder(self.data, None))
+
 
 def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell: Tell) -> LocalModel:
     """The model that ``source`` names: a program's file, a run folder, or the id of one of the ``stored`` runs.
@@ -62,7 +67,7 @@ def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell:
     if is_file:
         return LocalModel(load_published(text_in(path, _WANTED)).program)
     if is_run_id(source):
-        return _of_stored_run(stored, source, lambda name: Library(list(sequences)).open(name), tell)
+        return _of_stored_run(stored, source, lambda name: stored.library(sequences).open(name), tell)
     raise FoldingError(
         f"There is no program, run folder or run {source!r}; give a program's JSON file, the folder of a run, or a run id."
     )
