@@ -75,6 +75,15 @@ def test_a_page_after_a_run_of_another_is_refused(store: DirectStore) -> None:
             store.list_runs("ada", 10, unknown)
 
 
+def test_runs_of_a_sequence_as_it_was_are_found_whosever_they_are(store: DirectStore) -> None:
+    fingerprint, other = "a1" * 32, "b2" * 32
+    assert not store.has_runs("cat", fingerprint)
+    store.create(sequence="cat", frames=3, fingerprint=fingerprint, owner="ada")
+    assert store.has_runs("cat", fingerprint)
+    assert not store.has_runs("cat", other)
+    assert not store.has_runs("hat", fingerprint)
+
+
 def test_a_list_tells_how_far_each_run_is(store: DirectStore) -> None:
     run_id = store.create(sequence="cat", frames=3, owner="ada").run_id
     store.save(run_id, 1)

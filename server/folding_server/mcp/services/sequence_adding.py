@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from folding_server.frames.sequence_folder import DeclaredSheet
     from folding_server.mcp.context import AppContext
 
-MOST_TILES = 48
+MOST_TILES = 72
 """How many images the contact sheet of an answer has, unless there are more keyframes: their numbers stay readable."""
 
 SHEET_SIDE = 1568
