@@ -71,6 +71,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for folder, frames in KEPT_FRAMES.items():
         shorten(ROOT / "examples" / "cat", place / folder, frames)
     shutil.copytree(place / "sequences", place / "FOLDER")
+    (place / "Movies").mkdir()
     shutil.copy(write_clip(place / "clip.mp4", [Rest(SQUARE)]).path, place / "VIDEO")
     with pytest.MonkeyPatch.context() as patch:
         assert (

@@ -22,18 +22,20 @@ not up to date. What all tools have in common is in [tools.md](tools.md). Descri
 
 def reference() -> str:
     """The whole page."""
-    from folding_server.mcp.catalogue import RECORDS, tools
+    from folding_server.mcp.catalogue import READING_FILES, RECORDS, tools
 
-    made = {tool.name: tool for tool in tools()}
+    made = {tool.name: tool for tool in tools(reading_files=True)}
     parts = [HEAD]
     models: dict[str, Schema] = {}
-    for record in RECORDS:
+    for record in (*RECORDS, *READING_FILES):
         tool = made[record.name]
         answer: Schema = tool.fn_metadata.output_model.model_json_schema()
         models |= {name: part for name, part in answer.pop("$defs", {}).items() if name not in models}
         models[answer["title"]] = answer
         sent = "JSON text, with pictures" if record.pictures else "structured content"
-        facts = f"{_in_words(record.hints)} Set: `{record.within}`. Answers with {_linked(answer['title'])} as {sent}."
+        offered = " Offered with `--allow`." if record in READING_FILES else ""
+        hints = _in_words(record.hints, of_run="run_id" in tool.parameters["properties"])
+        facts = f"{hints}{offered} Set: `{record.within}`. Answers with {_linked(answer['title'])} as {sent}."
         first = tool.description.partition("\n\n")[0]
         parts += [f"## `{record.name}`: {record.title}", first, facts, *_arguments(tool.parameters)]
     parts.append("# The models of the answers")
@@ -42,11 +44,12 @@ def reference() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _in_words(hints: ToolAnnotations) -> str:
+def _in_words(hints: ToolAnnotations, *, of_run: bool) -> str:
     """What the hints of a tool say."""
     if hints.read_only_hint:
         return "Only looks."
     given = "Takes something away from the run" if hints.destructive_hint else "Adds to the run"
+    given = given if of_run else "Keeps something new"
     return f"{given}; a second call changes nothing more." if hints.idempotent_hint else f"{given}."
 
 
