@@ -6,9 +6,11 @@ from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.agent.loop import Agent, AgentSettings
 from folding_client.agent.tool_selection import PROPOSING
 from folding_client.agent.toolbox import Toolbox
+from folding_client.limits import NO_LIMITS, SpendingLimits, spending_limits
 from folding_client.models.choose import make_model
 from folding_client.models.model import Model
 from folding_client.progress import Progress
+from folding_client.protocol.acting import ACTIONS
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
 from folding_client.roles.critic import Critic, GeometricCritic, ModelCritic
@@ -17,21 +19,42 @@ from folding_client.roles.role_client import RoleClient
 from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
 from folding_client.search.hybrid import HybridSolver
 from folding_client.search.search_file import known_search
-from folding_client.settings import ModelRole, Settings
+from folding_client.settings import ROLES, ModelRole, Settings
 from folding_client.variants.few_shot import solved_examples
 from folding_client.variants.vlm_cp import PatternPerStep
 from folding_client.variants.vlm_s import PlanPerStep
 from folding_client.variants.worker import Worker
 
+CONNECTING = frozenset({"open_run", "get_run"})
+"""The tools of the server without which there is no run."""
+SAVING = frozenset(
+    {
+        "save_checkpoint",
+        "restore_checkpoint",
+        "get_checkpoint_state",
+        "list_attempts",
+        "commit_attempt",
+        "export_state",
+    }
+)
+"""The tools by which frames are saved and results written."""
+
 
 @dataclass(frozen=True)
 class RoleModels:
-    """The models of a run by role; None where geometry does the work without a model."""
+    """The models of a run by role, None where geometry does the work without a model, and what they may spend."""
 
     agent: Model
     critic: Model | None
     overview: Model | None
     selector: Model | None
+    limits: SpendingLimits = NO_LIMITS
+
+    def client(self, role: ModelRole, recorder: Recorder, limit: int | None = None) -> RoleClient:
+        """Whoever asks the model of a role, at most ``limit`` times. The role has a model."""
+        model: Model | None = getattr(self, role)
+        assert model is not None, f"no model plays the {role}"
+        return RoleClient(role, model, recorder, limit, self.limits)
 
 
 def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
@@ -43,6 +66,7 @@ def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
         _asked("critic", settings, recorder),
         _asked("overview", settings, recorder),
         _asked("selector", settings, recorder),
+        spending_limits(settings),
     )
 
 
@@ -51,19 +75,31 @@ def _asked(role: ModelRole, settings: Settings, recorder: Recorder) -> Model | N
     return None if settings.role(role) == "geometric" else make_model(role, settings, recorder)
 
 
+def needed_tools(settings: Settings) -> frozenset[str]:
+    """The tools of the server that the client calls for itself, or that a search does."""
+    if settings.variant == "vlm-cp":
+        return CONNECTING | {"view_frame"}
+    needed = CONNECTING | SAVING | ACTIONS
+    if settings.variant != "agent":
+        needed |= {"get_current_state", "view_frame", "render_current"}
+    if settings.hybrid or settings.model == "geometric":
+        needed |= {"propose_actions", "compare_to_frame"}
+    if "geometric" in {settings.role(role) for role in ROLES[1:]}:
+        needed |= {"compare_to_frame"}
+    return needed | ({"critic_grid"} if settings.role("critic") != "geometric" else frozenset())
+
+
 def make_critic(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Critic:
     """The critic of a run: a model in that role, or geometry."""
     return (
-        ModelCritic(RoleClient("critic", role_models.critic, recorder))
-        if role_models.critic
-        else GeometricCritic(server)
+        ModelCritic(role_models.client("critic", recorder)) if role_models.critic else GeometricCritic(server)
     )
 
 
 def make_selector(role_models: RoleModels, server: ServerClient, recorder: Recorder) -> Selector:
     """The selector of a run: a model in that role, or geometry."""
     return (
-        ModelSelector(RoleClient("selector", role_models.selector, recorder), server)
+        ModelSelector(role_models.client("selector", recorder), server)
         if role_models.selector
         else GeometricSelector(server)
     )
@@ -78,7 +114,7 @@ def make_worker(
     colors: tuple[str, str],
 ) -> Worker:
     """What the settings' variant names, on a server whose run is open."""
-    role_client = RoleClient("agent", role_models.agent, recorder, settings.max_queries)
+    role_client = role_models.client("agent", recorder, settings.max_queries)
     examples = solved_examples(settings.variant) if settings.few_shot else ()
     match settings.variant:
         case "agent":
@@ -108,7 +144,7 @@ def _agent(
     colors: tuple[str, str],
 ) -> Agent:
     overview: OverviewCritic = (
-        ModelOverview(RoleClient("overview", role_models.overview, recorder))
+        ModelOverview(role_models.client("overview", recorder))
         if role_models.overview
         else GeometricOverview(server)
     )
@@ -123,7 +159,7 @@ def _agent(
         policy=policy,
         also=PROPOSING if settings.hybrid else frozenset(),
     )
-    role_client = RoleClient("agent", role_models.agent, recorder, settings.max_queries)
+    role_client = role_models.client("agent", recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
     agent_settings = AgentSettings(settings.failures_per_step, policy, examples)
     solver = HybridSolver(server, recorder, known_search(recorder)) if settings.hybrid else None

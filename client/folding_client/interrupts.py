@@ -13,6 +13,7 @@ Interrupt
 │   └── ReplyUnreadable  the reply cannot be parsed
 ├── RunStopped           a clean stop: the run folder is complete and resumable
 │   ├── QueriesUsedUp    the limit of queries for a sequence is reached
+│   ├── LimitReached     the limit of cost, tokens or time for a sequence is reached
 │   ├── StepHopeless     one step failed again and again
 │   ├── ProviderDown     the model's provider did not answer after several tries
 │   ├── ProviderRefused  the provider refuses the key, the model or the request: trying again is useless
@@ -88,6 +89,10 @@ class RunStopped(Interrupt):
 
 class QueriesUsedUp(RunStopped):
     """The limit of queries for a sequence is reached."""
+
+
+class LimitReached(RunStopped):
+    """The limit of cost, tokens or time for a sequence is reached."""
 
 
 class StepHopeless(RunStopped):

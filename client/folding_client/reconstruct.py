@@ -4,7 +4,7 @@ import asyncio
 import json
 import platform
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -15,14 +15,19 @@ from typing import Any
 from folding_schemas.results import CheckpointRestored, RunInfo
 from pydantic import ValidationError
 
-from folding_client.assembly import RoleModels, make_role_models, make_worker
+from folding_client.assembly import RoleModels, make_role_models, make_worker, needed_tools
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.limits import in_time
+from folding_client.models.requirements import require_models
 from folding_client.outputs import write_outputs
 from folding_client.progress import Progress
 from folding_client.protocol.connection import ServerAddress
+from folding_client.protocol.requests import undecided
 from folding_client.protocol.server_client import ServerClient
-from folding_client.record.folder import RunFolder
+from folding_client.record.event_log import read_events
+from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.recorder import RECORD_FORMAT, Recorder
+from folding_client.search.hybrid import SOLVER
 from folding_client.settings import ROLES, Settings
 
 
@@ -158,6 +163,7 @@ async def reconstruct(job: Job, progress: Progress) -> Outcome:
 async def _recorded(job: Job, progress: Progress) -> Outcome:
     """Carry a job out and keep a record of it."""
     job.folder.hold()
+    require_models(job.settings)
     recorder = Recorder(job.folder, _about(job))
     try:
         role_models = make_role_models(job.settings, recorder)
@@ -167,6 +173,10 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
         _ended(recorder, "interrupted", "interrupted; resume to go on")
+        raise
+    except OSError as error:
+        with suppress(OSError):
+            _ended(recorder, "stopped", f"{file_trouble(error)}, then resume")
         raise
     finally:
         recorder.close()
@@ -180,7 +190,7 @@ async def _worked(
         role_models, job.settings, server, recorder, progress, (info.front_color, info.back_color)
     )
     try:
-        info = await worker.run()
+        info = await in_time(worker.run(), job.settings.max_time, recorder.seconds)
     except (RunStopped, ToolRefused) as stop:
         recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
         if worker.simulates:
@@ -192,8 +202,7 @@ async def _worked(
 
 
 async def _opened(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo:
-    if recorder.unanswered is not None:
-        await server.answer(recorder.unanswered)
+    await _settle(job, server, recorder)
     try:
         info = await server.open_run(job.name, recorder.about.get("run_id"))
     except ToolRefused as refusal:
@@ -207,6 +216,18 @@ async def _opened(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo
     return info
 
 
+async def _settle(job: Job, server: ServerClient, recorder: Recorder) -> None:
+    """Have the call answered that was on its way when the run was cut short, and record what that decided."""
+    if recorder.unanswered is not None:
+        await server.answer(recorder.unanswered)
+    if not job.resumes:
+        return
+    saved = undecided(read_events(job.folder.events), recorder.about["run_id"])
+    if saved is not None:
+        by = SOLVER if job.settings.hybrid and saved.by == "client" else job.settings.role("agent")
+        recorder.event("step_over", frame=saved.frame, complete=saved.complete, by=by)
+
+
 async def _back_at_its_checkpoint(server: ServerClient, info: RunInfo) -> RunInfo:
     """The run without the actions of the step that was cut short."""
     base = (info.next_frame or info.frames + 1) - 1
@@ -217,6 +238,7 @@ async def _back_at_its_checkpoint(server: ServerClient, info: RunInfo) -> RunInf
 async def _save_what_is_there(server: ServerClient, recorder: Recorder) -> None:
     """Results of an unfinished run, as far as the server still answers."""
     try:
+        await server.settle()
         info = await server.where()
         recorder.outcome("stopped", "", len(info.saved), info.frames)
         if info.saved:
@@ -243,6 +265,7 @@ async def _server(job: Job, recorder: Recorder) -> AsyncIterator[ServerClient]:
         server = ServerClient(address, recorder, log)
         try:
             await server.start()
+            server.require(sorted(needed_tools(job.settings)))
             yield server
         finally:
             await server.close()

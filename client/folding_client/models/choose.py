@@ -1,23 +1,17 @@
 """From a model id on the command line to a model."""
 
-from collections.abc import Iterable
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 
-from folding_client.interrupts import UsageError
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
+from folding_client.models.prices import PricedModel, read_prices
+from folding_client.models.requirements import require_known
 from folding_client.models.scripted import ScriptedModel, load_script
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.recorder import Recorder
 from folding_client.search.search_file import known_search, write_search
 from folding_client.settings import ModelRole, Settings
-
-IDS = (
-    "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
-    "hybrid:PROVIDER/MODEL"
-)
 
 
 def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model:
@@ -25,36 +19,37 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
     step began, and a geometric one knows what it has tried. UsageError for an id that is none.
     """
     spec = settings.role(role)
+    require_known(spec)
     if spec == "geometric":
         consults = settings.role("critic") != "geometric"
         keep = partial(write_search, recorder.folder)
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
     if spec.startswith("scripted:"):
         replies = load_script(Path(spec.removeprefix("scripted:")), role)
-        said = _replies_before_the_last_step(role, read_events(recorder.folder.events))
-        return ScriptedModel(spec, replies, said)
-    if spec.startswith("litellm/") and len(spec) > len("litellm/"):
-        from folding_client.models.litellm_model import LitellmModel
+        return ScriptedModel(spec, replies, partial(_replies_in_ended_steps, role, recorder.folder.events))
+    from folding_client.models.litellm_model import LitellmModel
 
-        if find_spec("litellm") is None:
-            message = (
-                f"The model {spec!r} needs litellm, which is not installed; install it with "
-                "pip install 'foldingagent-mcp[agent]', or use the model geometric."
-            )
-            raise UsageError(message)
-        return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
-    message = f"There is no model {spec!r}; the ids are {IDS}."
-    raise UsageError(message)
+    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+    return PricedModel(model, read_prices(settings.prices))
 
 
 def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float) -> None:
     recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
-def _replies_before_the_last_step(role: ModelRole, events: Iterable[Event]) -> int:
-    replies = before = 0
-    for event in events:
-        if event["kind"] == "step_started":
-            before = replies
+def _replies_in_ended_steps(role: ModelRole, events: Path) -> int:
+    """How many replies a role has given in a recorded run in the steps that had ended when it was last resumed."""
+    replies = ended = ended_before = 0
+    for event in read_events(events):
+        if _parts_steps(event):
+            ended = replies
+        if event["kind"] == "resumed":
+            ended_before = ended
         replies += event["kind"] == "reply" and event["role"] == role
-    return before
+    return ended_before
+
+
+def _parts_steps(event: Event) -> bool:
+    """Whether a step begins or ends with an event."""
+    committed = event["kind"] == "result" and event["name"] == "commit_attempt" and not event["is_error"]
+    return committed or event["kind"] in {"step_started", "step_over"}

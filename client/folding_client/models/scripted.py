@@ -6,7 +6,7 @@ otherwise. A recorded run is its folder or its ``events.jsonl``.
 """
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,14 +51,20 @@ class ScriptedReply(BaseModel):
 
 @dataclass
 class ScriptedModel:
-    """Replies with one role's entries in order, from ``position`` on. ScriptEnded after the last."""
+    """Replies with one role's entries in order. ScriptEnded after the last.
+
+    ``said`` tells, at the first query, how many of them were said before.
+    """
 
     name: str
     replies: Sequence[Reply]
-    position: int = 0
+    said: Callable[[], int] = int
+    position: int | None = None
 
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
         """The next reply."""
+        if self.position is None:
+            self.position = self.said()
         if self.position >= len(self.replies):
             message = (
                 f"The script {self.name} has no reply after its {len(self.replies)}; extend it, then resume."

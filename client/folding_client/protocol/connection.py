@@ -20,7 +20,9 @@ from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
 from mcp.types import CallToolResult, RequestParamsMeta, Tool
 
-from folding_client.interrupts import ConnectionLost
+from folding_client.interrupts import ConnectionLost, ServerGone
+from folding_client.messages import ToolResult
+from folding_client.protocol.tool_results import tool_result
 
 _Answer = TypeVar("_Answer")
 _CONNECTION_CLOSED = -32000
@@ -77,15 +79,22 @@ class Connection:
 
     async def call(
         self, name: str, arguments: Mapping[str, Any], request_id: str | None = None
-    ) -> CallToolResult:
-        """Call a tool; with a request id, a call that was carried out before is only answered again.
+    ) -> ToolResult:
+        """Call a tool; with a request id, a call that was carried out before is only answered again. A request that
+        the server refuses is a result that says so.
 
-        ConnectionLost if the server does not live to answer; MCPError if it refuses the request.
+        ConnectionLost if the server does not live to answer; ServerGone if its answer breaks its own schema.
         """
         meta = None if request_id is None else cast("RequestParamsMeta", {REQUEST_ID: request_id})
         request = _Request(name, arguments, meta, asyncio.get_running_loop().create_future())
         self._inbox.put_nowait(request)
-        return await self._until(request.answer)
+        try:
+            return tool_result(await self._until(request.answer), name)
+        except MCPError as error:
+            return ToolResult(error.message, is_error=True)
+        except RuntimeError as error:
+            message = f"The folding server's answer to {name} does not fit its own schema: {error}."
+            raise ServerGone(message) from error
 
     async def close(self) -> None:
         """Disconnect; a process that was started for this connection ends."""

@@ -1,4 +1,7 @@
-"""A call of the client's with its request id: what was on its way when server or client died is asked again."""
+"""A call of the client's with its request id: what was on its way when server or client died is asked again.
+
+What the answer decides is put on record then, as it would have been.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,6 +22,34 @@ class Request:
     tool: str
     arguments: JsonObject
     id: str | None
+
+
+@dataclass(frozen=True)
+class SavedFrame:
+    """A frame that was saved for ``by``, the agent or the client itself."""
+
+    frame: int
+    complete: bool
+    by: str
+
+
+def undecided(events: Iterable[Event], run_id: str) -> SavedFrame | None:
+    """What a recorded run saved last, if it was cut short before it was on record who decided the frame."""
+    call: Event | None = None
+    saved: SavedFrame | None = None
+    for event in events:
+        match event["kind"]:
+            case "call":
+                call = event
+            case "result" if (
+                call is not None and event["name"] == "save_checkpoint" and not event["is_error"]
+            ):
+                if call["arguments"].get("run_id") == run_id:
+                    answer = event["structured"]
+                    saved = SavedFrame(answer["frame"], answer["complete"], event["by"])
+            case "step_over" | "step_started":
+                saved = None
+    return saved
 
 
 def unanswered(events: Iterable[Event]) -> Request | None:

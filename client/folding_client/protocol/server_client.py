@@ -1,7 +1,7 @@
 """The folding server as the client uses it: typed questions, one run, every call on record, one restart."""
 
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping
 from contextlib import asynccontextmanager
 from typing import Any, TextIO, TypeVar
 from uuid import uuid4
@@ -9,14 +9,12 @@ from uuid import uuid4
 from folding_schemas.actions import Action
 from folding_schemas.results import RunInfo
 from folding_schemas.wire import Wire
-from mcp import MCPError
 from pydantic import ValidationError
 
-from folding_client.interrupts import ConnectionLost, ServerGone, ToolRefused
+from folding_client.interrupts import ConnectionLost, ServerGone, ToolRefused, UsageError
 from folding_client.messages import JsonObject, Picture, ToolCall, ToolResult, ToolSpec
 from folding_client.protocol.connection import Connection, ServerAddress
 from folding_client.protocol.requests import Request
-from folding_client.protocol.tool_results import tool_result
 from folding_client.record.recorder import Recorder
 from folding_client.record.redaction import without_keys
 
@@ -41,6 +39,7 @@ class ServerClient:
         self._log = log
         self._connection = Connection(address, log)
         self._losses = 0
+        self._under_way: Request | None = None
 
     @property
     def version(self) -> str:
@@ -60,17 +59,32 @@ class ServerClient:
         ]
 
     async def start(self) -> None:
-        """Connect. ServerGone if the server does not start."""
+        """Connect. A process that ends while it starts is started once more. ServerGone if the server does not start."""
         try:
             await self._connection.open()
         except ConnectionLost as error:
-            message = f"The folding server does not start ({error}); see server.log in the run folder."
             if self._address.url is not None:
                 message = (
                     f"The folding server cannot be reached at {self._address.url} ({error}); mend that or give another "
                     "--server-url, then resume."
                 )
-            raise ServerGone(message) from error
+                raise ServerGone(message) from error
+            if self._is_lost_again(str(error), None):
+                message = f"The folding server does not start ({error}); see server.log in the run folder."
+                raise ServerGone(message) from error
+            await self._reconnect()
+            await self.start()
+
+    def require(self, tools: Iterable[str]) -> None:
+        """UsageError, naming them, if the server lacks tools."""
+        there = {tool.name for tool in self._connection.tools}
+        if missing := [name for name in tools if name not in there]:
+            where = self._address.url or "that was started"
+            message = (
+                f"The folding server at {where} does not offer {', '.join(missing)}, which this run needs; start it with "
+                "--tools all and without --read-only, or leave out --server-url."
+            )
+            raise UsageError(message)
 
     async def close(self) -> None:
         """Disconnect."""
@@ -126,7 +140,13 @@ class ServerClient:
         full = without_keys(arguments if self.run_id is None else {**arguments, "run_id": self.run_id})
         request = Request(by, name, full, None if self._only_reads(name) else str(uuid4()))
         self._recorder.call(by, call, name, full, request.id)
+        self._under_way = request
         return await self.answer(request)
+
+    async def settle(self) -> None:
+        """Have the last call answered if it may have changed the run and whoever made it was cut short."""
+        if self._under_way is not None and self._under_way.id is not None:
+            await self.answer(self._under_way)
 
     async def answer(self, request: Request) -> ToolResult:
         """Have a call that is on record answered, and record the result. ServerGone if the server died twice in
@@ -135,11 +155,12 @@ class ServerClient:
         started = time.monotonic()
         while True:
             try:
-                result = await self._send(request.tool, request.arguments, request.id)
+                result = await self._connection.call(request.tool, request.arguments, request.id)
             except ConnectionLost as loss:
                 await self._restart(str(loss), request)
             else:
                 self._losses = 0
+                self._under_way = None
                 self._recorder.result(request.by, request.tool, result, time.monotonic() - started)
                 return result
 
@@ -149,33 +170,31 @@ class ServerClient:
             for tool in self._connection.tools
         )
 
-    async def _send(self, name: str, arguments: JsonObject, request_id: str | None = None) -> ToolResult:
-        try:
-            return tool_result(await self._connection.call(name, arguments, request_id), name)
-        except MCPError as error:
-            return ToolResult(error.message, is_error=True)
-        except RuntimeError as error:
-            message = f"The folding server's answer to {name} does not fit its own schema: {error}."
-            raise ServerGone(message) from error
-
     async def _restart(self, why: str, request: Request) -> None:
         """Start the server that died on a request again, and open its run, if there is one by now."""
-        self._losses += 1
-        self._recorder.event("server_lost", reason=why, call=request.tool, in_a_row=self._losses)
-        if self._losses > 1:
+        if self._is_lost_again(why, request.tool):
             message = f"The folding server ended twice in a row ({why}); the run can be resumed."
             raise ServerGone(message)
-        await self._connection.close()
-        self._connection = Connection(self._address, self._log)
+        await self._reconnect()
         await self.start()
         run_id = request.arguments.get("run_id")
         if run_id is not None:
             await self._reopen(run_id)
         self._recorder.event("server_restarted", call=request.tool)
 
+    def _is_lost_again(self, why: str, tool: str | None) -> bool:
+        """Whether the server, which has just died on a call or while it started, has died before without an answer."""
+        self._losses += 1
+        self._recorder.event("server_lost", reason=why, call=tool, in_a_row=self._losses)
+        return self._losses > 1
+
+    async def _reconnect(self) -> None:
+        await self._connection.close()
+        self._connection = Connection(self._address, self._log)
+
     async def _reopen(self, run_id: str) -> None:
         try:
-            opened = await self._send("open_run", {"run_id": run_id})
+            opened = await self._connection.call("open_run", {"run_id": run_id})
         except ConnectionLost as loss:
             message = f"The folding server ended twice in a row ({loss}); the run can be resumed."
             raise ServerGone(message) from loss

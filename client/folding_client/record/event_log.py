@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any
@@ -25,7 +25,7 @@ class EventLog:
 
     def __init__(self, path: Path) -> None:
         self._file: IO[str] = path.open("a", encoding="utf-8")
-        self._seq = _mend(path)
+        self._seq = _mended(path)
         self._opened = time.monotonic()
 
     def append(self, kind: str, **data: object) -> Event:
@@ -79,11 +79,21 @@ def _event(line: bytes) -> Event | None:
     return event if isinstance(event, dict) and "kind" in event else None
 
 
-def _mend(path: Path) -> int:
-    """Cut an unfinished last line off a log, and count the lines left."""
+def gaps(events: Iterable[Event]) -> Iterator[tuple[int, int]]:
+    """The numbers of the events that are missing from a log, first and last of each gap."""
+    before = 0
+    for event in events:
+        if event["seq"] > before + 1:
+            yield before + 1, event["seq"] - 1
+        before = event["seq"]
+
+
+def _mended(path: Path) -> int:
+    """Cut an unfinished last line off a log; the number of the last line that is left, 0 if none is."""
     whole = path.read_bytes()
     end = whole.rfind(b"\n") + 1
     if end < len(whole):
         with path.open("r+b") as file:
             file.truncate(end)
-    return whole.count(b"\n")
+    last = _event(whole[:end].rstrip(b"\n").rpartition(b"\n")[2])
+    return int(last["seq"]) if last and "seq" in last else whole.count(b"\n")

@@ -35,9 +35,16 @@ class RunFolder:
         self._made: tuple[Path, ...] = ()
         self._parents: tuple[Path, ...] = ()
 
+    def holds_run(self) -> bool:
+        """Whether a run has begun in the folder. UsageError if it cannot be looked at."""
+        try:
+            return (self.path / "run.json").exists()
+        except OSError as error:
+            raise self._unusable(error) from error
+
     def require_free(self) -> None:
         """UsageError if a run is in the folder already."""
-        if (self.path / "run.json").exists():
+        if self.holds_run():
             message = (
                 f"{self.path} holds a run already; continue it with --resume {self.path}, or name another "
                 "folder."
@@ -56,12 +63,17 @@ class RunFolder:
         try:
             lock.acquire()
         except Timeout as error:
-            message = f"Another process works on the run in {self.path}; wait until it has ended."
-            raise UsageError(message) from error
+            raise self._taken() from error
         except OSError as error:
             message = f"Cannot write to the run folder {self.path}: {error.strerror}. Make it writable, or use another folder."
             raise UsageError(message) from error
+        if not Path(lock.lock_file).exists():  # whoever held it gave the folder up and removed it meanwhile
+            lock.release()
+            raise self._taken()
         self._lock = lock
+
+    def _taken(self) -> UsageError:
+        return UsageError(f"Another process works on the run in {self.path}; wait until it has ended.")
 
     def release(self) -> None:
         """Let other processes work on the run; nothing if it is not held."""
@@ -107,7 +119,7 @@ class RunFolder:
 
         What was there before stays: a run may be sent to a folder that holds other things, and others beside it.
         """
-        if self._lock is not None and not (self.path / "run.json").exists():
+        if self._lock is not None and not self.holds_run():
             for own in self._made:
                 shutil.rmtree(own, ignore_errors=True)
             with suppress(OSError):
@@ -119,7 +131,7 @@ class RunFolder:
 
     def _unusable(self, error: OSError) -> UsageError:
         return UsageError(
-            f"Cannot make the run folder {self.path}: {error.strerror}. Name another with --out."
+            f"Cannot use {self.path} as a run folder: {error.strerror}. Name another with --out."
         )
 
     def keep_picture(self, picture: Picture) -> str:

@@ -2,7 +2,8 @@
 ``run.json``.
 """
 
-from collections.abc import Sequence
+import time
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
@@ -11,7 +12,15 @@ from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResul
 from folding_client.protocol.requests import unanswered
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder
-from folding_client.record.totals import Totals, deciders_of, decision, tallied, tally_of, totals_of
+from folding_client.record.totals import (
+    Totals,
+    deciders_of,
+    decision,
+    seconds_of,
+    tallied,
+    tally_of,
+    totals_of,
+)
 
 RECORD_FORMAT = 1
 
@@ -31,8 +40,18 @@ class Recorder:
         self.totals = totals_of(before)
         self._tally = tally_of(before)
         self._deciders = deciders_of(before)
-        self._seconds_before = float(about.get("outcome", {}).get("seconds", 0.0))
-        self._started = datetime.now(UTC)
+        self._seconds_before = seconds_of(before)
+        self._started = time.monotonic()
+
+    @property
+    def decided(self) -> Mapping[int, str]:
+        """By frame, who decided it last."""
+        return self._deciders
+
+    @property
+    def seconds(self) -> float:
+        """Seconds that were worked on the run, those before it was resumed included."""
+        return self._seconds_before + time.monotonic() - self._started
 
     def event(self, kind: str, **data: object) -> None:
         """Append one event."""
@@ -99,13 +118,12 @@ class Recorder:
         """Write ``run.json`` with the state of things; called at the start, after every step and at
         the end.
         """
-        seconds = self._seconds_before + (datetime.now(UTC) - self._started).total_seconds()
         self.about["outcome"] = {
             "status": status,
             "reason": reason,
             "frames_saved": frames_saved,
             "frames": frames,
-            "seconds": round(seconds, 3),
+            "seconds": round(self.seconds, 3),
             "updated": datetime.now(UTC).isoformat(),
         }
         self.about["decided"] = {str(frame): by for frame, by in sorted(self._deciders.items())}

@@ -10,6 +10,12 @@ MARK = "[redacted]"
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
 _SECRET_SHAPE = re.compile(r"sk-[A-Za-z0-9_\-]{16,}|AIza[A-Za-z0-9_\-]{20,}|(?<=Bearer )[A-Za-z0-9._\-]{12,}")
 _SHORTEST = 8
+_IN_URL = re.compile(
+    r"""(?<=://)[^/?\#\s"'<>@\\]+(?=@)"""
+    r"""|(?<=[?&;])(?P<name>[\w.-]*(?:key|token|secret|password|passwd|pwd|signature|credential)[\w.-]*=)[^&\#\s"'<>\\]+""",
+    re.IGNORECASE,
+)
+"""Who a URL logs in as, with or without a password, and the values of parameters that are named like keys."""
 
 
 def secrets(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
@@ -30,8 +36,9 @@ def without_keys(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def redact(text: str, environment: Mapping[str, str] = os.environ) -> str:
     """The text without any known secret, as it stands or as JSON writes it, nor anything shaped like
-    a key.
+    a key, nor what URLs say of users, passwords and keys.
     """
     for secret in secrets(environment):
         text = text.replace(secret, MARK).replace(json.dumps(secret)[1:-1], MARK)
-    return _SECRET_SHAPE.sub(MARK, text)
+    text = _SECRET_SHAPE.sub(MARK, text)
+    return _IN_URL.sub(lambda found: (found["name"] or "") + MARK, text)

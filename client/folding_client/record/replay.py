@@ -2,17 +2,14 @@
 
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mcp import MCPError
-
 from folding_client.interrupts import ConnectionLost, ServerGone, UsageError
-from folding_client.messages import JsonObject, ToolResult
+from folding_client.messages import ToolResult
 from folding_client.protocol.connection import Connection, ServerAddress
-from folding_client.protocol.tool_results import tool_result
-from folding_client.record.event_log import Event, read_events
+from folding_client.record.event_log import Event, gaps, read_events
 from folding_client.record.folder import RunFolder, picture_name
 
 SAME_NUMBER = 1e-6
@@ -65,12 +62,13 @@ async def replay_run(path: Path, sequence: Path | None = None) -> Replay:
     if not (photos / "keyframes.json").is_file():
         message = f"{photos} holds no keyframes.json; name the folder where the run's sequence is now with --sequence."
         raise UsageError(message)
-    found = list(exchanges(read_events(folder.events)))
+    recorded = list(read_events(folder.events))
     with tempfile.TemporaryDirectory() as data, (Path(data) / "server.log").open("w") as log:
         connection = Connection(ServerAddress(photos, Path(data)), log)
         try:
             await connection.open()
-            return await _replayed(connection, found)
+            found = await _replayed(connection, list(exchanges(recorded)))
+            return replace(found, differences=(*_missing(recorded), *found.differences))
         except ConnectionLost as loss:
             message = f"The folding server ended during the replay: {loss}."
             raise ServerGone(message) from loss
@@ -85,7 +83,7 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
         name, arguments = exchange.call["name"], dict(exchange.call["arguments"])
         if arguments.get("run_id") in runs:
             arguments["run_id"] = runs[arguments["run_id"]]
-        result = await _answer(connection, name, arguments)
+        result = await connection.call(name, arguments)
         recorded = exchange.result["structured"] or {}
         if name == "open_run" and result.data and "run_id" in recorded:
             runs[recorded["run_id"]] = result.data["run_id"]
@@ -94,11 +92,11 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
     return Replay(len(found), tuple(differences))
 
 
-async def _answer(connection: Connection, name: str, arguments: JsonObject) -> ToolResult:
-    try:
-        return tool_result(await connection.call(name, arguments), name)
-    except MCPError as error:
-        return ToolResult(error.message, is_error=True)
+def _missing(recorded: list[Event]) -> Iterator[Difference]:
+    """A difference for each gap in the numbers of the events."""
+    for first, last in gaps(recorded):
+        lines = f"event {first} is" if first == last else f"events {first} to {last} are"
+        yield Difference(first, "events.jsonl", f"{lines} missing between {first - 1} and {last + 1}")
 
 
 def difference(recorded: Event, result: ToolResult) -> str | None:

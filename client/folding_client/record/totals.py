@@ -51,6 +51,16 @@ def totals_of(events: Iterable[Event]) -> dict[str, Totals]:
     return totals
 
 
+def seconds_of(events: Iterable[Event]) -> float:
+    """How long was worked on a recorded run: the time of the last event of each time that its log was open."""
+    before = total = 0.0
+    for event in events:
+        if event["elapsed"] < before:
+            total += before
+        before = event["elapsed"]
+    return total + before
+
+
 def deciders_of(events: Iterable[Event]) -> dict[int, str]:
     """By frame, who decided it last: the name of a model, the solver, or the selector among the attempts."""
     found: dict[int, str] = {}

@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 
 from folding_client.interrupts import QueriesUsedUp, ReplyUnreadable, StepFailed
+from folding_client.limits import NO_LIMITS, SpendingLimits
 from folding_client.messages import NO_USAGE, Message, Reply, ToolSpec
 from folding_client.models.model import Model
 from folding_client.record.recorder import Recorder
@@ -12,11 +13,19 @@ from folding_client.record.recorder import Recorder
 class RoleClient:
     """Asks a model on behalf of a role: agent, critic, overview or selector."""
 
-    def __init__(self, role: str, model: Model, recorder: Recorder, limit: int | None = None) -> None:
+    def __init__(
+        self,
+        role: str,
+        model: Model,
+        recorder: Recorder,
+        limit: int | None = None,
+        limits: SpendingLimits = NO_LIMITS,
+    ) -> None:
         self.role = role
         self.model = model
         self._recorder = recorder
         self._limit = limit
+        self._limits = limits
 
     @property
     def queries(self) -> int:
@@ -27,8 +36,8 @@ class RoleClient:
     async def query(
         self, messages: Sequence[Message], tools: Sequence[ToolSpec] = (), new_from: int = 0
     ) -> Reply:
-        """The model's reply. QueriesUsedUp before a query beyond the limit; what the model raises is
-        recorded.
+        """The model's reply. QueriesUsedUp before a query beyond the limit of the role, LimitReached beyond the limits
+        of the run; what the model raises is recorded.
         """
         if self._limit is not None and self.queries >= self._limit:
             message = (
@@ -36,6 +45,7 @@ class RoleClient:
                 "--max-queries."
             )
             raise QueriesUsedUp(message)
+        self._limits.check(self._recorder.totals)
         self._recorder.request(self.role, messages, new_from)
         started = time.monotonic()
         try:

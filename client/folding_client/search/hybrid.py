@@ -15,7 +15,7 @@ from folding_client.search.frame_search import Calls, FrameSearch, SearchOptions
 from folding_client.search.search_file import write_search
 from folding_client.search.search_state import FrameStep, Proposed, SearchState
 
-NAME = "geometric"
+SOLVER = "geometric"
 """Who decided a frame that the solver saved."""
 CLEAR = SearchOptions(proposals=3, first_tries=1, attempts=2, tries_clear=True, first_notes="the flat sheet")
 """Three proposals are asked for, and shown to the model; after two attempts at a frame, the model's included, the
@@ -52,7 +52,7 @@ class HybridSolver:
                 break
             if name == "save_checkpoint":
                 saved = CheckpointSaved.model_validate(result.data)
-                raise StepOver(saved.frame, complete=saved.complete, by=NAME)
+                raise StepOver(saved.frame, complete=saved.complete, by=SOLVER)
         return results
 
     def _handed_over(self, step: FrameStep) -> Message:

@@ -78,6 +78,9 @@ class PatternPerStep:
         info = await self.server.where()
         patterns = self._recorded(info) or [SQUARE]
         self._write(patterns, info)
+        for frame in range(2, len(patterns) + 1):
+            if frame not in self.recorder.decided:
+                self._over(frame, info)
         while len(patterns) < info.frames:
             frame = len(patterns) + 1
             self.recorder.outcome("running", "", len(patterns), info.frames)
@@ -85,9 +88,12 @@ class PatternPerStep:
             self.progress.step(frame, info.frames, len(patterns))
             patterns.append(await self._predicted(info, frame, patterns[-1]))
             self._write(patterns, info)
-            over = {"frame": frame, "complete": frame == info.frames}
-            self.recorder.event("step_over", **over, by=self.role_client.model.name)
+            self._over(frame, info)
         return info.model_copy(update={"saved": list(range(1, info.frames + 1)), "complete": True})
+
+    def _over(self, frame: int, info: RunInfo) -> None:
+        complete = frame == info.frames
+        self.recorder.event("step_over", frame=frame, complete=complete, by=self.role_client.model.name)
 
     async def _predicted(self, info: RunInfo, frame: int, pattern: PatternReply) -> PatternReply:
         _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)

@@ -1,0 +1,94 @@
+"""What the models of a run need before it can begin: ids that are known, litellm, keys, prices to keep a limit by."""
+
+from collections.abc import Iterable
+from importlib.util import find_spec
+
+from folding_client.interrupts import UsageError
+from folding_client.models.prices import LITELLM, listed_price, read_prices
+from folding_client.settings import ROLES, Settings
+
+MODEL_IDS = (
+    "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
+    "hybrid:PROVIDER/MODEL"
+)
+_KEY = "_API_KEY"
+_ASK_FOR_A_KEY = ("openai/", "anthropic/", "gemini/")
+"""Providers whose clients need a key to be set whatever the address is."""
+
+
+def require_models(settings: Settings, *, keys: bool = True) -> None:
+    """UsageError if a model of the settings cannot be asked as they are: the id is none, litellm or a key is missing, or
+    a limit of cost cannot be kept since its price is not known. ``keys`` are looked for in this process's environment.
+    """
+    chosen = list(dict.fromkeys(settings.role(role) for role in ROLES))
+    for spec in chosen:
+        require_known(spec)
+    asked = [spec.removeprefix(LITELLM) for spec in chosen if spec.startswith(LITELLM)]
+    for model in asked if keys else ():
+        _require_key(model, settings.api_base)
+    if asked and settings.max_cost is not None and settings.max_tokens_total is None:
+        _require_prices(asked, settings)
+    elif settings.prices is not None:
+        read_prices(settings.prices)
+
+
+def require_known(spec: str) -> None:
+    """UsageError if a model id is none, or needs litellm where that is not installed."""
+    if spec.startswith(LITELLM) and len(spec) > len(LITELLM):
+        if find_spec("litellm") is None:
+            message = (
+                f"The model {spec!r} needs litellm, which is not installed; install it with "
+                "pip install 'foldingagent-mcp[agent]', or use the model geometric."
+            )
+            raise UsageError(message)
+        _require_provider(spec.removeprefix(LITELLM))
+    elif spec != "geometric" and not spec.startswith("scripted:"):
+        message = f"There is no model {spec!r}; the ids are {MODEL_IDS}."
+        raise UsageError(message)
+
+
+def missing_keys(model: str) -> list[str]:
+    """The environment variables with a key that litellm would need for a model, none if one of them is there."""
+    from folding_client.models.litellm_model import litellm
+
+    found = litellm().validate_environment(model)
+    return [] if found["keys_in_environment"] else list(found["missing_keys"])
+
+
+def _require_provider(model: str) -> None:
+    from folding_client.models.litellm_model import litellm
+
+    module = litellm()
+    try:
+        module.get_llm_provider(model)
+    except module.exceptions.BadRequestError as error:
+        message = (
+            f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as "
+            "gemini/NAME."
+        )
+        raise UsageError(message) from error
+
+
+def _require_key(model: str, api_base: str | None) -> None:
+    """UsageError if the model's key is missing. Providers that take another proof than a key are left to say so
+    themselves.
+    """
+    missing = missing_keys(model)
+    at_another_address = api_base is not None and not model.startswith(_ASK_FOR_A_KEY)
+    if missing and not at_another_address and all(name.endswith(_KEY) for name in missing):
+        message = (
+            f"The provider of {model} needs a key: set {' or '.join(missing)} in the environment, then give the same "
+            "command again."
+        )
+        raise UsageError(message)
+
+
+def _require_prices(models: Iterable[str], settings: Settings) -> None:
+    given = read_prices(settings.prices)
+    for model in models:
+        if model not in given and listed_price(model) is None:
+            message = (
+                f"The price of {model} is not known, so --max-cost {settings.max_cost:g} cannot be kept; give its price "
+                "with --prices FILE, or limit the tokens with --max-tokens-total."
+            )
+            raise UsageError(message)
