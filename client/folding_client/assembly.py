@@ -1,6 +1,6 @@
 """Building what works on a run, from its settings: models by role, critics, selector, agent."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.agent.loop import Agent, AgentSettings
@@ -9,6 +9,7 @@ from folding_client.agent.toolbox import Toolbox
 from folding_client.limits import NO_LIMITS, SpendingLimits, spending_limits
 from folding_client.models.choose import make_model
 from folding_client.models.model import Model
+from folding_client.models.prices import LITELLM, Prices, read_prices
 from folding_client.progress import Progress
 from folding_client.protocol.acting import ACTIONS
 from folding_client.protocol.server_client import ServerClient
@@ -49,12 +50,14 @@ class RoleModels:
     overview: Model | None
     selector: Model | None
     limits: SpendingLimits = NO_LIMITS
+    prices: Prices = field(default_factory=dict)
 
     def client(self, role: ModelRole, recorder: Recorder, limit: int | None = None) -> RoleClient:
         """Whoever asks the model of a role, at most ``limit`` times. The role has a model."""
         model: Model | None = getattr(self, role)
         assert model is not None, f"no model plays the {role}"
-        return RoleClient(role, model, recorder, limit, self.limits)
+        price = self.prices.get(model.name.removeprefix(LITELLM))
+        return RoleClient(role, model, recorder, limit, self.limits, price)
 
 
 def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
@@ -67,6 +70,7 @@ def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
         _asked("overview", settings, recorder),
         _asked("selector", settings, recorder),
         spending_limits(settings),
+        read_prices(settings.prices),
     )
 
 

@@ -1,46 +1,42 @@
-"""``foldingagent``: reconstruct sequences, resume and replay runs."""
+"""``foldingagent``: reconstruct sequences, resume and replay runs, ask what models cost and how well a critic judges."""
 
-import asyncio
 import json
-import signal
-import sys
 from collections.abc import Coroutine, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import typer
-from folding_schemas.actions import Program, action_text
-from pydantic import ValidationError
 from rich.console import Console
 
 from folding_client import options
 from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
-from folding_client.interrupts import Interrupt, UsageError
-from folding_client.progress import Shown
+from folding_client.dry_run import DryRun, dry_run, dry_run_lines
+from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, finish, guarded
+from folding_client.interrupts import UsageError
+from folding_client.models.requirements import require_models
+from folding_client.models.table import model_lines, model_table
+from folding_client.progress import Shown, Silent
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
-from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay_run
+from folding_client.setting_sources import settings_from
 from folding_client.settings import Settings
-from folding_client.videos import sequence_of_video
+from folding_client.summaries import fits_of, outcome_document, outcome_lines
+from folding_client.videos import video_in_run_folder
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     help="Reconstruct folding programs from photos of origami.",
 )
-_Answer = TypeVar("_Answer")
-EXIT_STOPPED = 3
 _SHOWN = 20
 _DONE = frozenset({"complete", "skipped"})
-EXIT_INTERRUPTED = 130
 
 
 @app.callback()
-def _commands(_version: options.VersionOption = False) -> None:
+def _commands(_version: options.VersionOption = False, _log_level: options.LogLevelOption = None) -> None:
     """Reconstruct folding programs from photos of origami."""
 
 
@@ -51,53 +47,78 @@ def run(
     sequence: options.SequenceFolder = None,
     out: options.Out = None,
     resume: options.Resume = None,
+    config: options.Config = None,
+    dry: options.DryRun = False,
+    verbose: options.Verbose = False,
+    quiet: options.Quiet = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct a sequence or a video, or go on with a run."""
-    settings = _settings(given)
-    if sequence is not None and sequence.is_file() and resume is None:
-        out = new_folder(sequence.stem, out)
-        sequence = _finish(_sequence_of(sequence, out, settings), "no run has begun")
-    job = _job(sequence, out, resume, settings)
-    with Shown(Console(stderr=True)) as progress:
-        again = f"the run folder is complete so far, go on with --resume {job.folder.path}"
-        outcome = _finish(reconstruct(job, progress), again)
-    _show(outcome, job.folder.path, as_json=as_json)
-    if outcome.status != "complete":
-        raise typer.Exit(EXIT_STOPPED)
-
-
-async def _sequence_of(video: Path, out: Path, settings: Settings) -> Path:
-    """The sequence folder of a video, written into the run folder to be; nothing is left of it if that fails or is
-    cut short.
-    """
-    if settings.server_url is not None:
-        message = (
-            f"A running server cannot be handed the video {video.name}; leave out --server-url, or write its "
-            "keyframes where that server looks for sequences."
-        )
-        raise UsageError(message)
-    folder = RunFolder(out)
-    folder.claim()
-    try:
-        return await sequence_of_video(video, out / "sequence", partial(typer.echo, err=True))
-    except (UsageError, asyncio.CancelledError):
-        folder.discard()
-        raise
-    finally:
-        folder.release()
-
-
-def _job(sequence: Path | None, out: Path | None, resume: Path | None, settings: Settings) -> Job:
     if resume is not None:
-        if out is not None:
-            message = f"A run goes on in its own folder, {resume}; leave out --out, or start a new run without --resume."
-            raise UsageError(message)
-        return resumed_job(resume, sequence, settings)
+        job = _resumed(resume, sequence, out, settings_from(given, config, {}))
+    else:
+        settings = settings_from(given, config)
+        require_models(settings, keys=not dry)
+        if dry:
+            _show_request(sequence, settings, as_json=as_json)
+            return
+        job = _new(sequence, out, settings)
+    again = f"the run folder is complete so far, go on with --resume {job.folder.path}"
+    _end(finish(_shown(job, verbose=verbose, quiet=quiet), again), job.folder.path, as_json=as_json)
+
+
+def _resumed(resume: Path, sequence: Path | None, out: Path | None, settings: Settings) -> Job:
+    if out is not None:
+        message = f"A run goes on in its own folder, {resume}; leave out --out, or start a new run without --resume."
+        raise UsageError(message)
+    return resumed_job(resume, sequence, settings)
+
+
+def _new(sequence: Path | None, out: Path | None, settings: Settings) -> Job:
+    sequence = _named(sequence)
+    if sequence.is_file():
+        out = new_folder(sequence.stem, out)
+        work = video_in_run_folder(sequence, out, settings, partial(typer.echo, err=True))
+        sequence = finish(work, "no run has begun")
+    return new_job(sequence, out, settings)
+
+
+def _named(sequence: Path | None) -> Path:
     if sequence is not None:
-        return new_job(sequence, out, settings)
+        return sequence
     message = "Name a sequence folder or a video to reconstruct, or a run to go on with: --resume DIR."
     raise UsageError(message)
+
+
+async def _shown(job: Job, *, verbose: bool, quiet: bool) -> Outcome:
+    """The outcome of a job, with its progress on stderr."""
+    if quiet:
+        return await reconstruct(job, Silent())
+    with Shown(Console(stderr=True), verbose=verbose) as progress:
+        return await reconstruct(job, progress)
+
+
+def _end(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
+    """Print how a run ended, and end the command so."""
+    if as_json:
+        typer.echo(redact(json.dumps(outcome_document(outcome, folder), indent=1)))
+    else:
+        typer.echo(redact("\n".join(outcome_lines(outcome, folder))))
+        if outcome.status != "complete":
+            typer.echo(redact(outcome.reason), err=True)
+    if outcome.status != "complete":
+        raise typer.Exit(EXIT_STOPPED)
+    if fits_of(outcome).mostly_doubtful:
+        raise typer.Exit(EXIT_DOUBTFUL)
+
+
+def _show_request(sequence: Path | None, settings: Settings, *, as_json: bool) -> None:
+    request: DryRun = finish(dry_run(_named(sequence), settings), "no run has begun")
+    typer.echo(
+        redact(
+            json.dumps(asdict(request), indent=1) if as_json else "\n".join(dry_run_lines(request)),
+        )
+    )
 
 
 @app.command("replay")
@@ -109,7 +130,7 @@ def replay_command(
     as_json: options.AsJson = False,
 ) -> None:
     """Drive the server through a recorded run without a model, and say where its answers differ."""
-    found = _finish(replay_run(recorded, sequence), "the recorded run is as it was")
+    found = finish(replay_run(recorded, sequence), "the recorded run is as it was")
     if as_json:
         typer.echo(json.dumps(asdict(found), indent=1))
     else:
@@ -117,7 +138,7 @@ def replay_command(
             typer.echo(f"event {difference.seq}, {difference.tool}: {difference.what}")
         typer.echo(f"{found.calls} calls replayed, {len(found.differences)} answered differently.")
     if found.differences:
-        raise typer.Exit(1)
+        raise typer.Exit(EXIT_DIFFERENT)
 
 
 @app.command("batch")
@@ -130,12 +151,15 @@ def batch_command(
     jobs: Annotated[int | None, typer.Option(min=1, help="Sequences at a time; 1 if left out.")] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")] = None,
     out: Annotated[Path, typer.Option(parser=options.path, help="Where the run folders go.")] = Path("runs"),
+    config: options.Config = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
-    settings = _settings(given)
-    work = _batch(sequences_of(source), out.resolve(), settings, jobs, dask)
-    lines = _finish(work, "the same command goes on from here")
+    settings = settings_from(given, config)
+    sequences = sequences_of(source)
+    require_models(settings, keys=dask is None)
+    work = _batch(sequences, out.resolve(), settings, jobs, dask)
+    lines = finish(work, "the same command goes on from here")
     if as_json:
         typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
     else:
@@ -143,6 +167,8 @@ def batch_command(
         typer.echo(f"{done} of {len(lines)} sequences complete: {out}")
     if any(line.status not in _DONE for line in lines):
         raise typer.Exit(EXIT_STOPPED)
+    if any(line.mostly_doubtful for line in lines):
+        raise typer.Exit(EXIT_DOUBTFUL)
 
 
 def _batch(
@@ -166,78 +192,26 @@ class _Printed(Listener):
 
     def ended(self, line: BatchEntry) -> None:
         """One line per sequence."""
-        reason = f": {line.reason}" if line.reason else ""
-        typer.echo(
-            f"{line.sequence}: {line.status}, {line.frames_saved} of {line.frames} frames, "
-            f"{line.seconds:.1f} s{reason}",
-            err=True,
-        )
+        typer.echo(line.text, err=True)
 
 
-def _settings(given: options.Given) -> Settings:
-    try:
-        return Settings.model_validate(given)
-    except ValidationError as error:
-        first = error.errors()[0]
-        option = "--" + str(first["loc"][0]).replace("_", "-") if first["loc"] else ""
-        said = f"{option} cannot be {first['input']!r}: {first['msg']}." if option else f"{first['msg']}."
-        message = said.removeprefix("Value error, ")
-        raise UsageError(message) from error
-
-
-def _finish(work: Coroutine[Any, Any, _Answer], afterwards: str) -> _Answer:
-    """Run to the end. SIGTERM ends it as Ctrl-C does: with one line that says what can be done ``afterwards``."""
-    try:
-        return asyncio.run(_cancelled_by_sigterm(work))
-    except (KeyboardInterrupt, asyncio.CancelledError):
-        typer.echo(f"Interrupted; {afterwards}.", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-
-
-async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
-    task = asyncio.current_task()
-    if task is not None and sys.platform != "win32":  # where asyncio has no signal handlers
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
-    return await work
-
-
-def _show(outcome: Outcome, folder: Path, *, as_json: bool) -> None:
-    program = _read(folder / "program.json") if (folder / "program.json").exists() else None
-    if as_json:
-        document = {
-            "run": str(folder),
-            "status": outcome.status,
-            "reason": outcome.reason,
-            "program": program,
-            "outcome": outcome.run["outcome"],
-            "totals": outcome.run["totals"],
-        }
-        typer.echo(redact(json.dumps(document, indent=1)))
-        return
-    if program is not None:
-        typer.echo(f"Program of {program['name']}:")
-        notes = {saved["frame"]: saved["notes"] or "" for saved in _read(folder / "checkpoints.json")}
-        for frame, step in enumerate(Program.model_validate(program).steps, start=2):
-            doubt = f"  ({notes[frame]})" if "not a match" in notes.get(frame, "") else ""
-            typer.echo(f"  {frame - 1} -> {frame}  {'; '.join(map(action_text, step)) or 'nothing'}{doubt}")
-    summary = outcome.run["outcome"]
-    saved = f"{summary['frames_saved']} of {summary['frames']} frames saved"
-    typer.echo(f"{saved} in {summary['seconds']:.1f} s: {folder}")
-    if outcome.status != "complete":
-        typer.echo(redact(outcome.reason), err=True)
-
-
-def _read(file: Path) -> Any:  # noqa: ANN401
-    return json.loads(file.read_text(encoding="utf-8"))
+@app.command("models")
+@options.with_settings
+def models_command(
+    given: options.Given,
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Ids of models; those of the settings if left out.")
+    ] = None,
+    config: options.Config = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Say which models the settings name, whether their keys are there, what they can do, and what they cost."""
+    table = model_table(settings_from(given, config), names or [])
+    typer.echo(
+        json.dumps(asdict(table), indent=1) if as_json else redact("\n".join(model_lines(table))),
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: a user's mistake is one line and exit code 2, a file that cannot be written one line and 3."""
-    try:
-        app(args=arguments)
-    except Interrupt as error:
-        typer.echo(redact(str(error)), err=True)
-        sys.exit(2 if isinstance(error, UsageError) else EXIT_STOPPED)
-    except OSError as error:
-        typer.echo(redact(f"{file_trouble(error)}, then go on with --resume or the same command."), err=True)
-        sys.exit(EXIT_STOPPED)
+    """Entry point: whatever goes wrong is one line, with the exit code for its kind."""
+    guarded(partial(app, args=arguments))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from folding_client.interrupts import LimitReached
-from folding_client.record.totals import Totals
+from folding_client.record.totals import Totals, total_cost, total_tokens
 from folding_client.settings import Settings
 
 _Answer = TypeVar("_Answer")
@@ -40,17 +40,6 @@ NO_LIMITS = SpendingLimits()
 def spending_limits(settings: Settings) -> SpendingLimits:
     """The limits that the settings give."""
     return SpendingLimits(settings.max_cost, settings.max_tokens_total)
-
-
-def total_cost(totals: Mapping[str, Totals]) -> float | None:
-    """The price of all roles together, as far as it is known; None if none is."""
-    known = [each.cost for each in totals.values() if each.cost is not None]
-    return sum(known) if known else None
-
-
-def total_tokens(totals: Mapping[str, Totals]) -> int:
-    """The tokens of all roles together, sent and received."""
-    return sum(each.input_tokens + each.output_tokens for each in totals.values())
 
 
 async def in_time(work: Coroutine[Any, Any, _Answer], most: float | None, used: float) -> _Answer:

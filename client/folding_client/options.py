@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 from folding_schemas.version_option import version_option
 
+from folding_client.logs import LogLevel, show_logs
+
 
 def path(text: str) -> Path:
     """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
@@ -18,6 +20,15 @@ def path(text: str) -> Path:
         raise typer.BadParameter(message) from error
 
 
+def _set_level(level: LogLevel | None) -> None:
+    if level is not None:
+        show_logs(level)
+
+
+LogLevelOption = Annotated[
+    LogLevel | None,
+    typer.Option("--log-level", callback=_set_level, help="Show log messages from this level on, on stderr."),
+]
 VersionOption = Annotated[bool, version_option("foldingagent")]
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 SETTINGS: Mapping[str, Any] = {
@@ -31,6 +42,21 @@ SETTINGS: Mapping[str, Any] = {
     "variant": Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")],
     "few_shot": Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")],
     "max_queries": Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")],
+    "max_cost": Annotated[
+        float | None, typer.Option(help="Most US dollars for a sequence, over all roles; then the run stops.")
+    ],
+    "max_tokens_total": Annotated[
+        int | None, typer.Option(help="Most tokens for a sequence, sent and received, over all roles.")
+    ],
+    "max_time": Annotated[
+        str | None, typer.Option(metavar="TIME", help="Most time for a sequence, such as 90s, 15m or 2h.")
+    ],
+    "prices": Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="Prices of models that are not on litellm's list: TOML, YAML or JSON."
+        ),
+    ],
     "thinking_budget": Annotated[int | None, typer.Option(help="Thinking tokens for one query.")],
     "tools": Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")],
     "keep_images": Annotated[
@@ -48,6 +74,18 @@ SETTINGS: Mapping[str, Any] = {
 """The settings that can be given on the command line, with the option of each."""
 Given = Mapping[str, Any]
 """The settings that were given, by name."""
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        parser=path, metavar="FILE", help="Settings in a TOML, YAML or JSON file; options win over it."
+    ),
+]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all that models say and call.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+DryRun = Annotated[
+    bool,
+    typer.Option("--dry-run", help="Show the first request, its tokens and its price, and send nothing."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 SequenceFolder = Annotated[
     Path | None,

@@ -1,10 +1,20 @@
-"""What a person sees while a run works: frames done, current step, time elapsed; on stderr only."""
+"""What a person sees while a run works, on stderr only: frames done, attempt, queries, tokens, price, the last verdict,
+what the model says.
+"""
 
 import time
-from typing import Protocol, Self
+from collections.abc import Mapping
+from typing import Any, Protocol, Self
 
 from rich.console import Console
 from rich.status import Status
+from rich.text import Text
+
+from folding_client.record.redaction import redact
+from folding_client.record.totals import Totals, total_cost, total_tokens
+
+_SHORT = 60
+"""Characters of what a model says that are shown beside the rest."""
 
 
 class Progress(Protocol):
@@ -18,6 +28,10 @@ class Progress(Protocol):
         """Something begins within the step."""
         ...
 
+    def told(self, kind: str, data: Mapping[str, Any], totals: Mapping[str, Totals]) -> None:
+        """An event is put on record; ``totals`` are the sums by role with it."""
+        ...
+
 
 class Silent:
     """Shows nothing."""
@@ -28,15 +42,25 @@ class Silent:
     def doing(self, what: str) -> None:
         """Nothing."""
 
+    def told(self, kind: str, data: Mapping[str, Any], totals: Mapping[str, Totals]) -> None:
+        """Nothing."""
+
 
 class Shown:
-    """A live line on a terminal, one line per step elsewhere. A context manager."""
+    """A live line on a terminal; elsewhere a line for each step and attempt. ``verbose`` prints all that models say and
+    call besides. A context manager.
+    """
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, *, verbose: bool = False) -> None:
         self._console = console
+        self._verbose = verbose
         self._status: Status | None = Status("starting", console=console) if console.is_terminal else None
         self._started = time.monotonic()
         self._where = ""
+        self._attempt = 1
+        self._totals: Mapping[str, Totals] = {}
+        self._verdict = ""
+        self._said = ""
 
     def __enter__(self) -> Self:
         if self._status:
@@ -50,16 +74,84 @@ class Shown:
     def step(self, frame: int, frames: int, saved: int) -> None:
         """Show the step; off a terminal, print it."""
         self._where = f"{saved} of {frames} frames done, working on frame {frame}"
-        if self._status is None:
-            self._console.print(f"{self._where} ({self._elapsed()})", highlight=False)
-        else:
-            self.doing("thinking")
+        self._attempt, self._verdict = 1, ""
+        self._show("thinking")
 
     def doing(self, what: str) -> None:
         """Show what is being done, on a terminal."""
         if self._status:
-            self._status.update(f"{self._where}: {what} ({self._elapsed()})")
+            self._show(what)
+
+    def told(self, kind: str, data: Mapping[str, Any], totals: Mapping[str, Totals]) -> None:
+        """Take from an event what is shown of it."""
+        self._totals = totals
+        match kind:
+            case "reply":
+                self._said = " ".join(data["text"].split())
+                self._print_reply(data)
+                self.doing("thinking")
+            case "verdict":
+                self._verdict = data["verdict"] or "NO VERDICT"
+                self._print(f"critic on frame {data['frame']}: {self._verdict}. {data['analysis']}")
+            case "retry":
+                self.doing(f"waiting {data['wait']:.0f} s for the provider")
+                self._print(f"{data['role']} waits {data['wait']:.0f} s: {data['reason']}")
+            case "result" if not data["is_error"]:
+                self._answered(data["name"], data["structured"] or {})
+
+    def _answered(self, tool: str, answer: Mapping[str, Any]) -> None:
+        if tool == "compare_to_frame":
+            self._verdict = f"{answer['verdict']} ({answer['agreement']:.2f})"
+        elif tool == "restore_checkpoint" and self._where:
+            self._attempt = answer.get("next_attempt", self._attempt)
+            self._show("thinking")
+
+    def _print_reply(self, data: Mapping[str, Any]) -> None:
+        for part in ("thinking", "text"):
+            if data[part].strip():
+                self._print(f"{data['role']}{' thinks' if part == 'thinking' else ''}: {data[part].strip()}")
+        for call in data["calls"]:
+            self._print(f"{data['role']} calls {call['name']}({call['arguments']})")
+
+    def _print(self, text: str) -> None:
+        if self._verbose:
+            self._console.print(redact(text), markup=False, highlight=False, soft_wrap=True)
+
+    def _show(self, what: str) -> None:
+        attempt = f", attempt {self._attempt}" if self._attempt > 1 else ""
+        parts = [
+            f"{self._where}{attempt}",
+            spent(self._totals),
+            f"last verdict {self._verdict}" if self._verdict else "",
+        ]
+        line = "; ".join(filter(None, parts))
+        if self._status is None:
+            self._console.print(f"{line} ({self._elapsed()})", markup=False, highlight=False, soft_wrap=True)
+        else:
+            said = f' "{redact(self._said)[:_SHORT]}"' if self._said else ""
+            self._status.update(Text(f"{line}: {what} ({self._elapsed()}){said}"))
 
     def _elapsed(self) -> str:
         minutes, seconds = divmod(int(time.monotonic() - self._started), 60)
         return f"{minutes}:{seconds:02d}"
+
+
+def spent(totals: Mapping[str, Totals]) -> str:
+    """What the roles have used, in words; empty before the first query."""
+    queries = sum(each.queries for each in totals.values())
+    if not queries:
+        return ""
+    tokens = total_tokens(totals)
+    said = f"{queries} {'query' if queries == 1 else 'queries'}"
+    return f"{said}, {tokens:,} tokens, {_price(totals)}" if tokens else said
+
+
+def _price(totals: Mapping[str, Totals]) -> str:
+    """What the tokens cost, as far as their prices are known."""
+    unpriced = [role for role, each in totals.items() if each.cost is None and each.input_tokens]
+    cost = total_cost(totals)
+    if cost is None:
+        return "price not known"
+    return f"${cost:.4f}" + (
+        f" without the {' and '.join(unpriced)}, whose price is not known" if unpriced else ""
+    )

@@ -164,10 +164,10 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
     """Carry a job out and keep a record of it."""
     job.folder.hold()
     require_models(job.settings)
-    recorder = Recorder(job.folder, _about(job))
+    recorder = Recorder(job.folder, about_run(job), progress)
     try:
         role_models = make_role_models(job.settings, recorder)
-        async with _server(job, recorder) as server:
+        async with run_server(job, recorder) as server:
             return await _worked(job, role_models, server, recorder, progress)
     except (RunStopped, ToolRefused) as stop:
         return _ended(recorder, "stopped", str(stop))
@@ -185,7 +185,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
 async def _worked(
     job: Job, role_models: RoleModels, server: ServerClient, recorder: Recorder, progress: Progress
 ) -> Outcome:
-    info = await _opened(job, server, recorder)
+    info = await opened_run(job, server, recorder)
     worker = make_worker(
         role_models, job.settings, server, recorder, progress, (info.front_color, info.back_color)
     )
@@ -201,7 +201,10 @@ async def _worked(
     return _ended(recorder, "complete", "", info)
 
 
-async def _opened(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo:
+async def opened_run(job: Job, server: ServerClient, recorder: Recorder) -> RunInfo:
+    """The job's run, opened on a server; what was on its way when it was cut short is settled first. UsageError if the
+    server refuses it.
+    """
     await _settle(job, server, recorder)
     try:
         info = await server.open_run(job.name, recorder.about.get("run_id"))
@@ -258,7 +261,7 @@ def _ended(recorder: Recorder, status: str, reason: str, info: RunInfo | None = 
 
 
 @asynccontextmanager
-async def _server(job: Job, recorder: Recorder) -> AsyncIterator[ServerClient]:
+async def run_server(job: Job, recorder: Recorder) -> AsyncIterator[ServerClient]:
     """The folding server for a job, started and ended with it; its stderr goes to ``server.log``."""
     address = ServerAddress(job.sequence, job.folder.store, job.settings.server_url)
     with (job.folder.path / "server.log").open("a", encoding="utf-8") as log:
@@ -271,7 +274,7 @@ async def _server(job: Job, recorder: Recorder) -> AsyncIterator[ServerClient]:
             await server.close()
 
 
-def _about(job: Job) -> dict[str, Any]:
+def about_run(job: Job) -> dict[str, Any]:
     """What ``run.json`` says of a run beside its outcome."""
     if job.resumes:
         return job.folder.description() | {"settings": job.settings.described()}

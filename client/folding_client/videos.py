@@ -8,6 +8,8 @@ from pathlib import Path
 from mcp.client.stdio import get_default_environment
 
 from folding_client.interrupts import UsageError
+from folding_client.record.folder import RunFolder
+from folding_client.settings import Settings
 
 _REFUSAL = "foldingagent-server: "
 """What the line begins with in which the server says why it cannot."""
@@ -51,3 +53,24 @@ async def _refusal_of(process: asyncio.subprocess.Process, say: Callable[[str], 
             else:
                 say(text)
     return refusal
+
+
+async def video_in_run_folder(video: Path, out: Path, settings: Settings, say: Callable[[str], None]) -> Path:
+    """The sequence folder of a video, written into the run folder to be; nothing is left of it if that fails or is
+    cut short. UsageError as ``sequence_of_video``, and for a server that runs elsewhere.
+    """
+    if settings.server_url is not None:
+        message = (
+            f"A running server cannot be handed the video {video.name}; leave out --server-url, or write its "
+            "keyframes where that server looks for sequences."
+        )
+        raise UsageError(message)
+    folder = RunFolder(out)
+    folder.claim()
+    try:
+        return await sequence_of_video(video, out / "sequence", say)
+    except (UsageError, asyncio.CancelledError):
+        folder.discard()
+        raise
+    finally:
+        folder.release()

@@ -2,13 +2,16 @@
 
 import asyncio
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from folding_client.exits import fault
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.progress import Silent
 from folding_client.reconstruct import Job, new_job, reconstruct, resumed_job
+from folding_client.record.fits import fit_summary
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
 from folding_client.settings import Settings
@@ -25,6 +28,28 @@ class BatchEntry:
     frames: int
     seconds: float
     run: str
+    steps: int = 0
+    matching: int = 0
+    doubtful: tuple[int, ...] = ()
+    tokens: int = 0
+    cost: float | None = None
+
+    @property
+    def mostly_doubtful(self) -> bool:
+        """Whether more than half of the steps do not fit their photos."""
+        return 2 * len(self.doubtful) > self.steps
+
+    @property
+    def text(self) -> str:
+        """The line for people."""
+        fits = f", {self.matching} of {self.steps} steps match" if self.steps else ""
+        spent = f", {self.tokens:,} tokens" if self.tokens else ""
+        price = "" if self.cost is None else f", ${self.cost:.4f}"
+        reason = f": {self.reason}" if self.reason else ""
+        return (
+            f"{self.sequence}: {self.status}, {self.frames_saved} of {self.frames} frames{fits}, "
+            f"{self.seconds:.1f} s{spent}{price}{reason}"
+        )
 
 
 class Listener:
@@ -81,25 +106,43 @@ async def _told_line(
 
 
 async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> BatchEntry:
-    """Reconstruct one sequence into its run folder, or go on with it, and say how it fared."""
+    """Reconstruct one sequence into its run folder, or go on with it, and say how it fared. Whatever goes wrong is
+    this sequence's alone.
+    """
     name = sequence.resolve().name
     try:
         if (done := _finished(folder, sequence, settings)) is not None:
             return done
         outcome = await reconstruct(_job(sequence, folder, settings), Silent())
     except Interrupt as error:
-        return BatchEntry(name, "failed", redact(str(error)), 0, 0, 0.0, str(folder))
+        why = str(error)
     except OSError as error:
-        return BatchEntry(name, "failed", redact(f"{file_trouble(error)}."), 0, 0, 0.0, str(folder))
-    summary = outcome.run["outcome"]
+        why = f"{file_trouble(error)}."
+    except Exception as error:  # noqa: BLE001 - the boundary between the sequences of a batch
+        why = fault(error)
+    else:
+        return _entry(name, outcome.status, outcome.reason, outcome.run, folder)
+    return BatchEntry(name, "failed", redact(why), 0, 0, 0.0, str(folder))
+
+
+def _entry(name: str, status: str, reason: str, run: Mapping[str, Any], folder: Path) -> BatchEntry:
+    """The line of a run by what ``run.json`` says of it."""
+    summary, totals = run["outcome"], run.get("totals", {})
+    fits = fit_summary(run.get("fits", {}))
+    costs = [each["cost"] for each in totals.values() if each["cost"] is not None]
     return BatchEntry(
         name,
-        outcome.status,
-        redact(outcome.reason),
+        status,
+        redact(reason),
         summary["frames_saved"],
         summary["frames"],
         summary["seconds"],
         str(folder),
+        fits.steps,
+        fits.matching,
+        tuple(fits.doubtful),
+        sum(each["input_tokens"] + each["output_tokens"] for each in totals.values()),
+        sum(costs) if costs else None,
     )
 
 
@@ -116,8 +159,7 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | 
     if not (folder / "run.json").exists():
         return None
     about = RunFolder(folder).description("models", "outcome")
-    summary = about["outcome"]
-    if summary["status"] != "complete":
+    if about["outcome"]["status"] != "complete":
         return None
     if about["models"]["agent"] != settings.model:
         message = (
@@ -125,15 +167,7 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | 
             "another --out."
         )
         raise UsageError(message)
-    return BatchEntry(
-        sequence.resolve().name,
-        "skipped",
-        "",
-        summary["frames_saved"],
-        summary["frames"],
-        summary["seconds"],
-        str(folder),
-    )
+    return _entry(sequence.resolve().name, "skipped", "", about, folder)
 
 
 def _in_folder(source: Path) -> list[Path]:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
-from folding_client.models.prices import PricedModel, read_prices
 from folding_client.models.requirements import require_known
 from folding_client.models.scripted import ScriptedModel, load_script
 from folding_client.record.event_log import Event, read_events
@@ -29,8 +28,7 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         return ScriptedModel(spec, replies, partial(_replies_in_ended_steps, role, recorder.folder.events))
     from folding_client.models.litellm_model import LitellmModel
 
-    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
-    return PricedModel(model, read_prices(settings.prices))
+    return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
 
 
 def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float) -> None:

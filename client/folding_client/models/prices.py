@@ -1,14 +1,13 @@
 """What tokens cost: by a price file of the user's, else by litellm's list. A price that is not known is None."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from folding_client.interrupts import ReplyUnreadable, UsageError
-from folding_client.messages import Message, Reply, ToolSpec, Usage
-from folding_client.models.model import Model
+from folding_client.interrupts import UsageError
+from folding_client.messages import Usage
 from folding_client.setting_files import read_mapping
 
 _MILLION = 1_000_000
@@ -79,25 +78,8 @@ def listed_price(model: str) -> ModelPrice | None:
     )
 
 
-class PricedModel:
-    """A model whose replies are priced by a user's price list; without a price on it, litellm's price holds, unless
-    that is 0 because litellm knows none.
+def priced(usage: Usage, price: ModelPrice | None) -> Usage:
+    """What a reply used, at a price of the user's; without one litellm's price holds, unless it is 0 because litellm
+    knows none.
     """
-
-    def __init__(self, model: Model, prices: Prices) -> None:
-        self.name = model.name
-        self._model = model
-        self._price = prices.get(model.name.removeprefix(LITELLM))
-
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:
-        """The model's reply, priced; so is one that cannot be read."""
-        try:
-            reply = await self._model.query(messages, tools)
-        except ReplyUnreadable as unreadable:
-            unreadable.usage = self._priced(unreadable.usage)
-            raise
-        return replace(reply, usage=self._priced(reply.usage))
-
-    def _priced(self, usage: Usage) -> Usage:
-        cost = usage.cost or None if self._price is None else self._price.cost(usage)
-        return replace(usage, cost=cost)
+    return replace(usage, cost=usage.cost or None if price is None else price.cost(usage))

@@ -2,6 +2,7 @@
 ``run.json``.
 """
 
+import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -9,8 +10,10 @@ from datetime import UTC, datetime
 from typing import Any
 
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
+from folding_client.progress import Progress, Silent
 from folding_client.protocol.requests import unanswered
 from folding_client.record.event_log import EventLog, read_events
+from folding_client.record.fits import FitRecord
 from folding_client.record.folder import RunFolder
 from folding_client.record.totals import (
     Totals,
@@ -23,23 +26,31 @@ from folding_client.record.totals import (
 )
 
 RECORD_FORMAT = 1
+_LOG = logging.getLogger(__name__)
+_LOGGED = frozenset(
+    {"role", "frame", "name", "tool", "seconds", "is_error", "reason", "status", "verdict", "wait"}
+)
+"""What is logged of an event beside its kind."""
 
 
 class Recorder:
-    """The one writer of a run folder. ``about`` is what ``run.json`` says beside outcome and sums.
+    """The one writer of a run folder. ``about`` is what ``run.json`` says beside outcome and sums; ``progress`` is told
+    of every event.
 
     ``unanswered`` is the call that was on its way when the run was last cut short, if one was.
     """
 
-    def __init__(self, folder: RunFolder, about: dict[str, Any]) -> None:
+    def __init__(self, folder: RunFolder, about: dict[str, Any], progress: Progress | None = None) -> None:
         self.folder = folder
         self.about = about
+        self._progress = progress or Silent()
         before = list(read_events(folder.events)) if folder.events.exists() else []
         self._log = EventLog(folder.events)
         self.unanswered = unanswered(before)
         self.totals = totals_of(before)
         self._tally = tally_of(before)
         self._deciders = deciders_of(before)
+        self._fits = FitRecord(before)
         self._seconds_before = seconds_of(before)
         self._started = time.monotonic()
 
@@ -58,7 +69,10 @@ class Recorder:
         if name := tallied(kind, data):
             self._tally[name] += 1
         self._deciders |= decision(kind, data)
+        _LOG.debug("%s %s", kind, {name: data[name] for name in _LOGGED & data.keys()})
+        self._fits.add(kind, data)
         self._log.append(kind, **data)
+        self._progress.told(kind, data, self.totals)
 
     def request(self, role: str, messages: Sequence[Message], new_from: int) -> None:
         """A query goes out: the messages from ``new_from`` on are new to this conversation, the others are on
@@ -127,6 +141,7 @@ class Recorder:
             "updated": datetime.now(UTC).isoformat(),
         }
         self.about["decided"] = {str(frame): by for frame, by in sorted(self._deciders.items())}
+        self.about["fits"] = self._fits.described(frames_saved)
         self.about["tally"] = dict(sorted(self._tally.items()))
         self.about["totals"] = {role: asdict(totals) for role, totals in self.totals.items()}
         self.folder.write_json("run.json", self.about)

@@ -41,6 +41,17 @@ class Totals:
         )
 
 
+def total_cost(totals: Mapping[str, Totals]) -> float | None:
+    """The price of all roles together, as far as it is known; None if none is."""
+    known = [each.cost for each in totals.values() if each.cost is not None]
+    return sum(known) if known else None
+
+
+def total_tokens(totals: Mapping[str, Totals]) -> int:
+    """The tokens of all roles together, sent and received."""
+    return sum(each.input_tokens + each.output_tokens for each in totals.values())
+
+
 def totals_of(events: Iterable[Event]) -> dict[str, Totals]:
     """The sums by role over a recorded run."""
     totals: dict[str, Totals] = {}

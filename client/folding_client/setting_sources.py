@@ -1,0 +1,92 @@
+"""Where settings come from: options of the command line over ``FOLDINGAGENT_*`` variables over a file over defaults."""
+
+import json
+import os
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from folding_client.interrupts import UsageError
+from folding_client.setting_files import read_mapping
+from folding_client.settings import Settings
+
+PREFIX = "FOLDINGAGENT_"
+"""What the variables begin with that give settings; the rest is the setting's name in capital letters."""
+CONFIG_VARIABLE = f"{PREFIX}CONFIG"
+"""The variable that names a file of settings, if ``--config`` does not."""
+_ALIKE = 0.8
+"""Names that are more alike than this by difflib's measure, from 0 to 1, are taken for a slip."""
+
+
+def settings_from(
+    options: Mapping[str, Any], config: Path | None = None, environment: Mapping[str, str] = os.environ
+) -> Settings:
+    """The settings that options, variables and a file give together. UsageError, which says where it stands, for a value
+    that none can have, and for a name that is no setting.
+    """
+    named = environment.get(CONFIG_VARIABLE)
+    file = config or (Path(named) if named else None)
+    given: dict[str, Any] = {}
+    places: dict[str, str] = {}
+    for source, values in (
+        (f"{{}} in {file}", _in_file(file)),
+        (f"{PREFIX}{{}}", _in_environment(environment)),
+        ("--{}", options),
+    ):
+        given |= values
+        places |= {name: source.format(_spelt(name, source)) for name in values}
+    try:
+        return Settings.model_validate(given)
+    except ValidationError as error:
+        raise _unfit(error, places) from error
+
+
+def _spelt(name: str, source: str) -> str:
+    if source.startswith("--"):
+        return name.replace("_", "-")
+    return name.upper() if source.startswith(PREFIX) else name
+
+
+def _unfit(error: ValidationError, places: Mapping[str, str]) -> UsageError:
+    first = error.errors()[0]
+    why = first["msg"].removeprefix("Value error, ")
+    if not first["loc"]:
+        return UsageError(f"{why}.")
+    setting, *within = map(str, first["loc"])
+    place = ".".join((places.get(setting, setting), *within))
+    return UsageError(f"{place} cannot be {first['input']!r}: {why}.")
+
+
+def _in_file(file: Path | None) -> dict[str, Any]:
+    if file is None:
+        return {}
+    found = {name.replace("-", "_"): value for name, value in read_mapping(file).items()}
+    for name in found:
+        if name not in Settings.model_fields:
+            message = f"{file} gives {name!r}, which is no setting; the settings are {', '.join(Settings.model_fields)}."
+            raise UsageError(message)
+    return found
+
+
+def _in_environment(environment: Mapping[str, str]) -> dict[str, Any]:
+    names = {f"{PREFIX}{name.upper()}": name for name in Settings.model_fields}
+    for variable in sorted(environment):
+        unknown = variable.startswith(PREFIX) and variable not in names
+        if unknown and (near := get_close_matches(variable, names, n=1, cutoff=_ALIKE)):
+            message = f"The variable {variable} gives no setting; did you mean {near[0]}?"
+            raise UsageError(message)
+    return {
+        name: _value(environment[variable]) for variable, name in names.items() if environment.get(variable)
+    }
+
+
+def _value(text: str) -> Any:
+    """A number, a truth value or an object if the text is one in JSON, else the text."""
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return text if value is None or isinstance(value, str | list) else value
