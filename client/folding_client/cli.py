@@ -12,6 +12,7 @@ from rich.console import Console
 
 from folding_client import options
 from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
+from folding_client.critic_accuracy.measuring import accuracy_lines, critic_accuracy, sequences_with_truth
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, finish, guarded
 from folding_client.interrupts import UsageError
@@ -193,6 +194,43 @@ class _Printed(Listener):
     def ended(self, line: BatchEntry) -> None:
         """One line per sequence."""
         typer.echo(line.text, err=True)
+
+
+@app.command("critic-accuracy")
+@options.with_settings
+def critic_accuracy_command(
+    given: options.Given,
+    source: Annotated[
+        Path,
+        typer.Argument(
+            parser=options.path,
+            help="Folder of sequences that hold their program, or a file that lists folders.",
+        ),
+    ],
+    count: Annotated[int, typer.Option(min=1, help="Right states to show, and as many wrong ones.")] = 25,
+    seed: Annotated[int, typer.Option(help="Of the choice of states.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            parser=options.path, help="Folder of the record; runs/critic-accuracy-TIME if left out."
+        ),
+    ] = None,
+    config: options.Config = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Measure how often a critic takes right states for a match and wrong ones for none."""
+    settings = settings_from(given, config)
+    sequences = sequences_with_truth(sequences_of(source))
+    require_models(settings)
+    folder = new_folder("critic-accuracy", out)
+    say = partial(typer.echo, err=True)
+    found = finish(
+        critic_accuracy(sequences, count, seed, settings, folder, say), f"the record is in {folder}"
+    )
+    typer.echo(redact(json.dumps(asdict(found), indent=1) if as_json else "\n".join(accuracy_lines(found))))
+    if found.stopped:
+        typer.echo(redact(found.stopped), err=True)
+        raise typer.Exit(EXIT_STOPPED)
 
 
 @app.command("models")

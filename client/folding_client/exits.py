@@ -61,7 +61,7 @@ def guarded(command: Callable[[], object]) -> None:
         sys.exit(EXIT_STOPPED)
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            _end(f"{file_trouble(error)}: give a shorter one.", EXIT_USAGE)
+            _end(f"A name is too long for a file: {error.filename}. Give a shorter one.", EXIT_USAGE)
         _end(f"{file_trouble(error)}, then go on with --resume or the same command.", EXIT_STOPPED)
     except KeyboardInterrupt:
         _end("Interrupted.", EXIT_INTERRUPTED)

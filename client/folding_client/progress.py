@@ -103,7 +103,7 @@ class Shown:
         if tool == "compare_to_frame":
             self._verdict = f"{answer['verdict']} ({answer['agreement']:.2f})"
         elif tool == "restore_checkpoint" and self._where:
-            self._attempt = answer.get("next_attempt", self._attempt)
+            self._attempt = answer.get("next_attempt") or self._attempt
             self._show("thinking")
 
     def _print_reply(self, data: Mapping[str, Any]) -> None:

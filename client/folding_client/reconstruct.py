@@ -27,6 +27,7 @@ from folding_client.protocol.server_client import ServerClient
 from folding_client.record.event_log import read_events
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.recorder import RECORD_FORMAT, Recorder
+from folding_client.record.redaction import MARK
 from folding_client.search.hybrid import SOLVER
 from folding_client.settings import ROLES, Settings
 
@@ -42,13 +43,8 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What the server calls the sequence: the name in its manifest, else that of its folder."""
-        try:
-            manifest = json.loads((self.sequence / "keyframes.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return self.sequence.name
-        name = manifest.get("name") if isinstance(manifest, dict) else None
-        return name if isinstance(name, str) and name else self.sequence.name
+        """What the server calls the sequence."""
+        return sequence_name(self.sequence)
 
 
 @dataclass(frozen=True)
@@ -58,6 +54,16 @@ class Outcome:
     status: str
     reason: str
     run: dict[str, Any]
+
+
+def sequence_name(folder: Path) -> str:
+    """What the server calls a sequence: the name in its manifest, else that of its folder."""
+    try:
+        manifest = json.loads((folder / "keyframes.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return folder.name
+    name = manifest.get("name") if isinstance(manifest, dict) else None
+    return name if isinstance(name, str) and name else folder.name
 
 
 def new_job(sequence: Path, out: Path | None, settings: Settings) -> Job:
@@ -103,7 +109,17 @@ def _resumed_job(path: Path, folder: RunFolder, sequence: Path | None, settings:
     if about["outcome"]["status"] == "complete":
         message = f"{path} is complete already; start a new run to do it again."
         raise UsageError(message)
+    _require_redacted_anew(path, about["settings"]["given"], settings)
     return Job(_sequence(recorded), folder, _merged(path, about["settings"], settings), resumes=True)
+
+
+def _require_redacted_anew(path: Path, given: dict[str, Any], settings: Settings) -> None:
+    """UsageError if a setting of the run was recorded without its password, and is not given now."""
+    for name, value in given.items():
+        if MARK in str(value) and name not in settings.model_fields_set:
+            option = name.replace("_", "-")
+            message = f"The record of {path} holds --{option} without its password; give --{option} again."
+            raise UsageError(message)
 
 
 def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Settings:

@@ -98,12 +98,11 @@ class ServerClient:
         return info
 
     @asynccontextmanager
-    async def another_run(self, sequence: str | None) -> AsyncIterator[None]:
+    async def another_run(self, sequence: str | None) -> AsyncIterator[RunInfo]:
         """Within the context, calls go to a fresh run of a sequence; afterwards to the run at hand again."""
         kept, self.run_id = self.run_id, None
         try:
-            await self.open_run(sequence)
-            yield
+            yield await self.open_run(sequence)
         finally:
             self.run_id = kept
 
