@@ -11,10 +11,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from folding_client.models.retries import RetryPolicy
 from folding_client.progress import Silent
@@ -105,37 +106,35 @@ def server_url() -> str:
     """The address of a folding server over HTTP that serves every sequence of these tests."""
     for frames in (2, 3, 4, 7, 9):
         sequence(frames)
+    served_here = served(sequences=_home() / "sequences", data=_home() / "store")
+    return LASTING.enter_context(served_here)
+
+
+@contextmanager
+def served(*options: str, sequences: Path, data: Path) -> Iterator[str]:
+    """The address of a folding server over HTTP, for as long as the context lasts."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    log = (_home() / "server.log").open("w")
-    server = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "folding_server",
-            "--http",
-            f"127.0.0.1:{port}",
-            "--sequences",
-            str(_home() / "sequences"),
-            "--data",
-            str(_home() / "store"),
-        ],
-        stderr=log,
-    )
-    LASTING.callback(_stopped, server, log)
+    folders = ["--sequences", str(sequences), "--data", str(data)]
+    words = [sys.executable, "-m", "folding_server", "--http", f"127.0.0.1:{port}", *folders, *options]
+    with tempfile.TemporaryFile("w+") as log:
+        server = subprocess.Popen(words, stderr=log)
+        try:
+            _wait_for(port, server)
+            yield f"http://127.0.0.1:{port}/mcp"
+        finally:
+            server.terminate()
+            server.wait()
+
+
+def _wait_for(port: int, server: subprocess.Popen[bytes]) -> None:
     while server.poll() is None:
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return f"http://127.0.0.1:{port}/mcp"
+                return
         time.sleep(0.02)
-    raise RuntimeError((_home() / "server.log").read_text())
-
-
-def _stopped(server: subprocess.Popen[bytes], log: IO[str]) -> None:
-    server.terminate()
-    server.wait()
-    log.close()
+    raise RuntimeError(f"the folding server ended with {server.returncode}")
 
 
 def settings(**given: Any) -> Settings:

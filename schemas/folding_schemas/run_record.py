@@ -1,0 +1,390 @@
+"""What the client writes into a run's folder: ``run.json``, and a line of ``events.jsonl``.
+
+Both are published as JSON schemas beside this module. Versions of format 1 may add members and events, so readers leave
+alone what they do not know.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from folding_schemas.results import Verdict
+
+
+class Recorded(BaseModel):
+    """Part of a record; later versions may say more in it."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+
+class RecordedSequence(Recorded):
+    """What a run reconstructs; ``frames`` once the server has opened it."""
+
+    name: str
+    folder: str
+    frames: int | None = None
+
+
+class RecordedSettings(Recorded):
+    """The settings by name: those given, by whatever way, and those that defaulted."""
+
+    given: dict[str, Any]
+    defaulted: dict[str, Any]
+
+
+class RecordedOutcome(Recorded):
+    """How far a run is and how it ended; ``seconds`` over every time that it was worked on, ``updated`` in ISO 8601."""
+
+    status: Literal["running", "complete", "stopped", "interrupted"]
+    reason: str
+    frames_saved: int
+    frames: int
+    seconds: float
+    updated: str
+
+
+class RecordedFit(Recorded):
+    """The last verdict on a frame before it was saved, its agreement with the photo from 0 to 1, and where that is from.
+    ``by`` is None if nobody looked.
+    """
+
+    verdict: Verdict | None
+    agreement: float | None
+    by: Literal["comparison", "critic", "selector"] | None
+
+
+class RecordedTotals(Recorded):
+    """What a role used; ``cost`` in US dollars, None while no price is known."""
+
+    queries: int
+    input_tokens: int
+    output_tokens: int
+    cached_tokens: int
+    thinking_tokens: int
+    cost: float | None
+    seconds: float
+
+
+class RunRecord(Recorded):
+    """``run.json``. ``models`` and ``totals`` are by role, ``decided`` and ``fits`` by frame."""
+
+    format: Literal[1]
+    created: str
+    sequence: RecordedSequence
+    models: dict[str, str]
+    settings: RecordedSettings
+    versions: dict[str, str]
+    run_id: str | None = None
+    server_version: str | None = None
+    outcome: RecordedOutcome
+    decided: dict[str, str]
+    fits: dict[str, RecordedFit]
+    tally: dict[str, int]
+    totals: dict[str, RecordedTotals]
+
+
+class RecordedUsage(Recorded):
+    """Tokens and price of a reply."""
+
+    input_tokens: int
+    output_tokens: int
+    cached_tokens: int
+    thinking_tokens: int
+    cost: float | None
+
+
+class RecordedPicture(Recorded):
+    """A picture by its file in the run folder."""
+
+    file: str
+    subject: str
+
+
+class RecordedToolCall(Recorded):
+    """A call as a model wrote it; ``arguments`` is its text."""
+
+    id: str
+    name: str
+    arguments: str
+
+
+class RecordedMessage(Recorded):
+    """A message that is new to a conversation; ``call_id``, ``tool`` and ``is_error`` with the result of a call."""
+
+    role: Literal["system", "user", "assistant", "tool"]
+    text: str
+    images: list[RecordedPicture] = []
+    calls: list[RecordedToolCall] = []
+    call_id: str | None = None
+    tool: str | None = None
+    is_error: bool | None = None
+
+
+class RecordedEvent(Recorded):
+    """What every event has: its number from 1, the time (ISO 8601, UTC), the seconds since the log was opened."""
+
+    seq: int = Field(ge=1)
+    time: str
+    elapsed: float = Field(ge=0)
+
+
+class OpenedEvent(RecordedEvent):
+    """The run is open on the server, anew or again."""
+
+    kind: Literal["opened", "resumed"]
+    run_id: str
+    saved: list[int]
+
+
+class EndedEvent(RecordedEvent):
+    """The work on the run ended."""
+
+    kind: Literal["ended"]
+    status: Literal["complete", "stopped", "interrupted"]
+    reason: str
+
+
+class StoppedEvent(RecordedEvent):
+    """Something stopped the work."""
+
+    kind: Literal["stopped"]
+    cause: str
+    reason: str
+
+
+class StepStartedEvent(RecordedEvent):
+    """A step towards a frame begins."""
+
+    kind: Literal["step_started"]
+    frame: int
+    saved: list[int]
+
+
+class StepOverEvent(RecordedEvent):
+    """A frame is saved, decided by whoever ``by`` names."""
+
+    kind: Literal["step_over"]
+    frame: int
+    complete: bool
+    by: str
+
+
+class FrameReasonEvent(RecordedEvent):
+    """The solver leaves a frame to the model, or a plan for it was refused."""
+
+    kind: Literal["handed_over", "plan_refused"]
+    frame: int
+    reason: str
+
+
+class PlanFailedEvent(RecordedEvent):
+    """A plan did not match."""
+
+    kind: Literal["plan_failed"]
+    frame: int
+    plan: int
+
+
+class RequestEvent(RecordedEvent):
+    """A query goes out: ``new`` holds its messages from ``new_from`` on."""
+
+    kind: Literal["request"]
+    role: str
+    messages: int
+    new_from: int
+    new: list[RecordedMessage]
+
+
+class ReplyEvent(RecordedEvent):
+    """A model answered; ``native`` is the part of its provider's message that goes back as it came."""
+
+    kind: Literal["reply"]
+    role: str
+    seconds: float
+    text: str
+    thinking: str
+    calls: list[RecordedToolCall]
+    finish_reason: str
+    usage: RecordedUsage
+    native: dict[str, Any] | None
+
+
+class UnreadableEvent(RecordedEvent):
+    """A model's answer cannot be read."""
+
+    kind: Literal["unreadable"]
+    role: str
+    seconds: float
+    reason: str
+    usage: RecordedUsage
+
+
+class RetryEvent(RecordedEvent):
+    """A query is sent again after so many seconds."""
+
+    kind: Literal["retry"]
+    role: str
+    reason: str
+    wait: float
+
+
+class CallEvent(RecordedEvent):
+    """A tool call goes to the server; with a ``request_id`` if it may change the run."""
+
+    kind: Literal["call"]
+    by: str
+    id: str | None
+    name: str
+    arguments: dict[str, Any]
+    request_id: str | None = None
+
+
+class ResultEvent(RecordedEvent):
+    """The server answered the call before."""
+
+    kind: Literal["result"]
+    by: str
+    name: str
+    seconds: float
+    is_error: bool
+    text: str
+    structured: dict[str, Any] | None
+    images: list[RecordedPicture]
+
+
+class RefusedEvent(RecordedEvent):
+    """A call of a model's was not sent."""
+
+    kind: Literal["refused"]
+    call: RecordedToolCall
+    reason: str
+
+
+class SkippedEvent(RecordedEvent):
+    """A call was left out because one before it in the same reply failed."""
+
+    kind: Literal["skipped"]
+    call: str
+    because_of: str
+
+
+class VerdictEvent(RecordedEvent):
+    """What the critic said; no ``verdict`` if it cannot be read."""
+
+    kind: Literal["verdict"]
+    frame: int
+    verdict: Verdict | None
+    analysis: str
+    anchor_check: str
+    discrepancies: list[str]
+
+
+class OverviewEvent(RecordedEvent):
+    """What the overview critic said."""
+
+    kind: Literal["overview"]
+    last_correct_frame: int | None
+    first_suspicious_frame: int | None
+    per_frame_notes: list[str]
+    recommendation: str
+    readable: bool
+
+
+class SelectedEvent(RecordedEvent):
+    """Which attempt the selector chose."""
+
+    kind: Literal["selected"]
+    frame: int
+    attempt: int
+    by: Literal["model", "geometric"]
+    reason: str
+
+
+class RolledBackEvent(RecordedEvent):
+    """A step starts again from its checkpoint."""
+
+    kind: Literal["rolled_back"]
+    frame: int
+    cause: str
+    reason: str
+
+
+class RewoundEvent(RecordedEvent):
+    """The conversation of a step is cut back to so many messages."""
+
+    kind: Literal["rewound"]
+    messages: int
+
+
+class ServerLostEvent(RecordedEvent):
+    """The server died on a call, or while it started (no ``call``)."""
+
+    kind: Literal["server_lost"]
+    reason: str
+    call: str | None
+    in_a_row: int
+
+
+class ServerRestartedEvent(RecordedEvent):
+    """The server that died on a call runs again."""
+
+    kind: Literal["server_restarted"]
+    call: str
+
+
+class OutputMissingEvent(RecordedEvent):
+    """A result could not be written."""
+
+    kind: Literal["output_missing"]
+    file: str
+    reason: str
+
+
+class OutputsMissingEvent(RecordedEvent):
+    """No results could be written."""
+
+    kind: Literal["outputs_missing"]
+    reason: str
+
+
+RunEvent = Annotated[
+    OpenedEvent
+    | EndedEvent
+    | StoppedEvent
+    | StepStartedEvent
+    | StepOverEvent
+    | FrameReasonEvent
+    | PlanFailedEvent
+    | RequestEvent
+    | ReplyEvent
+    | UnreadableEvent
+    | RetryEvent
+    | CallEvent
+    | ResultEvent
+    | RefusedEvent
+    | SkippedEvent
+    | VerdictEvent
+    | OverviewEvent
+    | SelectedEvent
+    | RolledBackEvent
+    | RewoundEvent
+    | ServerLostEvent
+    | ServerRestartedEvent
+    | OutputMissingEvent
+    | OutputsMissingEvent,
+    Field(discriminator="kind"),
+]
+"""A line of ``events.jsonl``."""
+
+
+def record_schemas() -> dict[str, dict[str, Any]]:
+    """The JSON schemas of a run's files, by the name that each is published under."""
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {
+        "run.schema.json": {**dialect, **RunRecord.model_json_schema(), "title": "run.json"},
+        "event.schema.json": {
+            **dialect,
+            **TypeAdapter(RunEvent).json_schema(),
+            "title": "a line of events.jsonl",
+        },
+    }

@@ -1,0 +1,146 @@
+"""What a person sees of a run: progress on the way, a summary at the end that says which steps do not fit."""
+
+import asyncio
+import io
+import json
+from pathlib import Path
+
+import pytest
+from client_runs import (
+    MATCH,
+    MISMATCH,
+    PLANTED_KEY,
+    act,
+    ask,
+    restore,
+    save,
+    sequence,
+    server_url,
+    settings,
+    shortened,
+)
+from folding_client.progress import Shown
+from folding_client.reconstruct import new_job, reconstruct
+from folding_client.record.fits import Fit, FitSummary, fit_summary
+from paths import ROOT
+from providers.base import Says
+from providers.openai import OpenAI
+from rich.console import Console
+from test_client_commands import command
+
+MODEL = "litellm/openai/gpt-4o"
+TURN = {"action": "rotate", "angle": 45.0}
+
+
+@pytest.fixture(autouse=True)
+def key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A key for the provider."""
+    monkeypatch.setenv("OPENAI_API_KEY", PLANTED_KEY)
+
+
+def shown(out: Path, *, terminal: bool, verbose: bool = False) -> str:
+    """What is printed of a run with one failed attempt, in which the model says something with brackets in it."""
+    said = Says("I fold [red]the flap[/nope].", calls=[("rotate", {"angle": 45.0})], thinking="")
+    text = io.StringIO()
+    console = Console(file=text, force_terminal=terminal, width=400, color_system=None)
+    turns = (
+        save(1),
+        act(TURN),
+        ask(2, "rotate"),
+        MISMATCH,
+        restore(1),
+        said,
+        ask(2, "rotate"),
+        MATCH,
+        save(2),
+    )
+    with OpenAI(*turns) as provider, Shown(console, verbose=verbose) as progress:
+        job = new_job(sequence(2), out, settings(model=MODEL, api_base=provider.url))
+        assert asyncio.run(reconstruct(job, progress)).status == "complete"
+    return text.getvalue()
+
+
+def test_off_a_terminal_each_step_and_attempt_is_a_line_with_what_it_took(tmp_path: Path) -> None:
+    lines = shown(tmp_path / "run", terminal=False).splitlines()
+    assert [line.partition(" (0:")[0] for line in lines] == [
+        "0 of 2 frames done, working on frame 1",
+        "1 of 2 frames done, working on frame 2; 1 query, 1,050 tokens, $0.0030",
+        "1 of 2 frames done, working on frame 2, attempt 2; 5 queries, 5,250 tokens, $0.0150; last verdict MISMATCH",
+    ]
+
+
+def test_on_a_terminal_the_line_says_what_the_model_says(tmp_path: Path) -> None:
+    text = shown(tmp_path / "run", terminal=True)
+    assert "attempt 2" in text
+    assert '"I fold [red]the flap[/nope]."' in text
+
+
+def test_verbose_prints_all_that_models_say_and_call(tmp_path: Path) -> None:
+    text = shown(tmp_path / "run", terminal=False, verbose=True)
+    assert "agent: I fold [red]the flap[/nope].\n" in text
+    assert 'agent calls rotate({"angle": 45.0})\n' in text
+    assert "critic on frame 2: MISMATCH. The flap is too long.\n" in text
+
+
+def test_the_summary_names_the_steps_that_do_not_fit_and_what_the_run_took(tmp_path: Path) -> None:
+    turns = (
+        save(1),
+        act(TURN),
+        ask(2, "rotate"),
+        MATCH,
+        save(2),
+        act(TURN),
+        ask(3, "rotate"),
+        MISMATCH,
+        save(3),
+    )
+    with OpenAI(*turns) as provider:
+        words = ("--model", MODEL, "--api-base", provider.url, "--server-url", server_url(), "-q")
+        done = command("run", sequence(3), "--out", tmp_path / "run", *words)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert "1 of 2 steps match; doubtful frames: 3 (MISMATCH).\n" in done.stdout
+    assert "9 queries, 9,450 tokens, $0.0270.\n" in done.stdout
+    assert "  2 -> 3  rotate(45.0)  (not a match)\n" in done.stdout
+    assert "Most steps" not in done.stdout
+
+
+def test_a_run_whose_steps_mostly_do_not_fit_is_no_success(tmp_path: Path) -> None:
+    turns = (save(1), act(TURN), ask(2, "rotate"), MISMATCH, save(2))
+    with OpenAI(*turns, *turns) as provider:
+        words = ("--model", MODEL, "--api-base", provider.url, "--server-url", server_url())
+        done = command("run", sequence(2), "--out", tmp_path / "run", *words)
+        (tmp_path / "list.txt").write_text(str(sequence(2)))
+        batch = command("batch", tmp_path / "list.txt", "--out", tmp_path / "runs", *words, "--json")
+    assert (done.returncode, batch.returncode) == (4, 4)
+    assert "Most steps of this program do not fit their photos." in done.stdout
+    assert "complete, 2 of 2 frames, 0 of 1 steps match" in batch.stderr
+    (line,) = json.loads(batch.stdout)
+    assert (line["steps"], line["matching"], line["doubtful"], line["tokens"]) == (1, 0, [2], 5250)
+
+
+def test_the_geometric_model_says_how_well_each_step_fits(tmp_path: Path) -> None:
+    cat = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 3)
+    done = command("run", cat, "--out", tmp_path / "run", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert (document["steps"], document["matching"], document["doubtful"]) == (2, 2, [])
+    fits = document["fits"]
+    assert [fits[frame]["by"] for frame in ("2", "3")] == ["comparison"] * 2
+    assert all(0.9 < fits[frame]["agreement"] <= 1 for frame in fits)
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["fits"] == fits
+
+
+def test_a_summary_is_one_line() -> None:
+    fits = {str(frame): {"verdict": "MATCH", "agreement": 0.97, "by": "comparison"} for frame in range(2, 9)}
+    doubt = {"verdict": "MISMATCH", "by": "comparison"}
+    found = fit_summary(
+        fits
+        | {"4": doubt | {"agreement": 0.81}, "7": doubt | {"agreement": 0.77}}
+        | {"9": {"verdict": None, "agreement": None, "by": None}}
+    )
+    assert found.text == "5 of 8 steps match; doubtful frames: 4 (0.81), 7 (0.77); not compared: 9"
+    assert not found.mostly_doubtful
+    assert FitSummary(1, 0, {2: Fit(None, None, "selector")}, ()).text == (
+        "0 of 1 steps match; doubtful frames: 2 (chosen among the attempts)"
+    )
