@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,8 @@ def test_of_many_that_begin_a_run_in_one_folder_at_once_one_does(tmp_path: Path)
                 folder.create()
             except UsageError:
                 return None
-            EventLog(folder.events).append("opened")
+            with closing(EventLog(folder.events)) as log:
+                log.append("opened")
             return folder
 
         with ThreadPoolExecutor(6) as pool:

@@ -9,7 +9,7 @@ from folding_client.agent.toolbox import Toolbox
 from folding_client.limits import NO_LIMITS, SpendingLimits, spending_limits
 from folding_client.models.choose import make_model
 from folding_client.models.model import Model
-from folding_client.models.prices import LITELLM, Prices, read_prices
+from folding_client.models.prices import Prices, pricing_of, read_prices
 from folding_client.progress import Progress
 from folding_client.protocol.acting import ACTIONS
 from folding_client.protocol.server_client import ServerClient
@@ -56,8 +56,8 @@ class RoleModels:
         """Whoever asks the model of a role, at most ``limit`` times. The role has a model."""
         model: Model | None = getattr(self, role)
         assert model is not None, f"no model plays the {role}"
-        price = self.prices.get(model.name.removeprefix(LITELLM))
-        return RoleClient(role, model, recorder, limit, self.limits, price)
+        pricing = pricing_of(model.name, self.prices)
+        return RoleClient(role, model, recorder, limit, self.limits, pricing)
 
 
 def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:

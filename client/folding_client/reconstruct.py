@@ -191,8 +191,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         _ended(recorder, "interrupted", "interrupted; resume to go on")
         raise
     except OSError as error:
-        with suppress(OSError):
-            _ended(recorder, "stopped", f"{file_trouble(error)}, then resume")
+        _ended_by_a_file(recorder, f"{file_trouble(error)}, then resume")
         raise
     finally:
         recorder.close()
@@ -274,6 +273,15 @@ def _ended(recorder: Recorder, status: str, reason: str, info: RunInfo | None = 
     recorder.event("ended", status=status, reason=reason)
     recorder.outcome(status, reason, saved, frames)
     return Outcome(status, reason, recorder.about)
+
+
+def _ended_by_a_file(recorder: Recorder, reason: str) -> None:
+    """Say in the log and in ``run.json`` that the run stopped, in each as far as it can be written."""
+    before = recorder.about.get("outcome", {})
+    with suppress(OSError):
+        recorder.event("ended", status="stopped", reason=reason)
+    with suppress(OSError):
+        recorder.outcome("stopped", reason, before.get("frames_saved", 0), before.get("frames", 0))
 
 
 @asynccontextmanager

@@ -1,6 +1,6 @@
 """What tokens cost: by a price file of the user's, else by litellm's list. A price that is not known is None."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,8 +78,22 @@ def listed_price(model: str) -> ModelPrice | None:
     )
 
 
-def priced(usage: Usage, price: ModelPrice | None) -> Usage:
-    """What a reply used, at a price of the user's; without one litellm's price holds, unless it is 0 because litellm
-    knows none.
+Pricing = Callable[[Usage], Usage]
+"""Gives what a reply used its price."""
+
+
+def as_it_came(usage: Usage) -> Usage:
+    """The price that came with the reply."""
+    return usage
+
+
+def pricing_of(spec: str, prices: Prices) -> Pricing:
+    """How a model's replies are priced: by the user's file; else as litellm does, unless the model is not on its list, or
+    only with a price of 0.
     """
-    return replace(usage, cost=usage.cost or None if price is None else price.cost(usage))
+    model = spec.removeprefix(LITELLM)
+    if (price := prices.get(model)) is not None:
+        return lambda usage: replace(usage, cost=price.cost(usage))
+    if spec.startswith(LITELLM) and listed_price(model) is None:
+        return lambda usage: replace(usage, cost=None)
+    return as_it_came

@@ -12,7 +12,7 @@ _SECRET_SHAPE = re.compile(r"sk-[A-Za-z0-9_\-]{16,}|AIza[A-Za-z0-9_\-]{20,}|(?<=
 _SHORTEST = 8
 _IN_URL = re.compile(
     r"""(?<=://)[^/?\#\s"'<>@\\]+(?=@)"""
-    r"""|(?<=[?&;])(?P<name>[\w.-]*(?:key|token|secret|password|passwd|pwd|signature|credential)[\w.-]*=)[^&\#\s"'<>\\]+""",
+    r"""|(?<=[?&;])(?P<name>[\w.-]*(?:key|token|secret|password|passwd|pwd|signature|sig|credential)=)[^&\#\s"'<>\\]+""",
     re.IGNORECASE,
 )
 """Who a URL logs in as, with or without a password, and the values of parameters that are named like keys."""

@@ -8,7 +8,7 @@ from folding_client.interrupts import QueriesUsedUp, ReplyUnreadable, StepFailed
 from folding_client.limits import NO_LIMITS, SpendingLimits
 from folding_client.messages import NO_USAGE, Message, Reply, ToolSpec
 from folding_client.models.model import Model
-from folding_client.models.prices import ModelPrice, priced
+from folding_client.models.prices import Pricing, as_it_came
 from folding_client.record.recorder import Recorder
 
 
@@ -22,14 +22,14 @@ class RoleClient:
         recorder: Recorder,
         limit: int | None = None,
         limits: SpendingLimits = NO_LIMITS,
-        price: ModelPrice | None = None,
+        pricing: Pricing = as_it_came,
     ) -> None:
         self.role = role
         self.model = model
         self._recorder = recorder
         self._limit = limit
         self._limits = limits
-        self._price = price
+        self._pricing = pricing
 
     @property
     def queries(self) -> int:
@@ -55,9 +55,9 @@ class RoleClient:
         try:
             reply = await self.model.query(messages, tools)
         except StepFailed as failure:
-            usage = priced(failure.usage, self._price) if isinstance(failure, ReplyUnreadable) else NO_USAGE
+            usage = self._pricing(failure.usage) if isinstance(failure, ReplyUnreadable) else NO_USAGE
             self._recorder.unreadable(self.role, str(failure), usage, time.monotonic() - started)
             raise
-        reply = replace(reply, usage=priced(reply.usage, self._price))
+        reply = replace(reply, usage=self._pricing(reply.usage))
         self._recorder.reply(self.role, reply, time.monotonic() - started)
         return reply
