@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from client_runs import MATCH, PLANTED_KEY, act, ask, events, resume, run, save, sequence, server_url
 from folding_client.interrupts import LimitReached, UsageError
-from folding_client.limits import SpendingLimits
 from folding_client.models.prices import listed_price, read_prices
 from folding_client.record.totals import Totals, seconds_of
+from folding_client.run_limits import SpendingLimits
 from folding_client.settings import Settings
 from providers.base import Hangs, Says
 from providers.openai import OpenAI

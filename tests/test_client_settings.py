@@ -200,7 +200,7 @@ def test_an_error_of_the_program_itself_is_one_sentence_and_written_out(
         raise KeyError(PLANTED_KEY)
 
     with pytest.raises(SystemExit) as end:
-        exits.guarded(broken)
+        exits.end_cleanly(broken)
     assert end.value.code == exits.EXIT_FAULT
     said = capsys.readouterr().err
     assert said.startswith("An error in foldingagent itself, KeyError: ")

@@ -6,7 +6,6 @@ from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.agent.loop import Agent, AgentSettings
 from folding_client.agent.tool_selection import PROPOSING
 from folding_client.agent.toolbox import Toolbox
-from folding_client.limits import NO_LIMITS, SpendingLimits, spending_limits
 from folding_client.models.choose import make_model
 from folding_client.models.model import Model
 from folding_client.models.prices import Prices, pricing_of, read_prices
@@ -18,6 +17,7 @@ from folding_client.roles.critic import Critic, GeometricCritic, ModelCritic
 from folding_client.roles.overview import GeometricOverview, ModelOverview, OverviewCritic
 from folding_client.roles.role_client import RoleClient
 from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
+from folding_client.run_limits import UNLIMITED, SpendingLimits, spending_limits
 from folding_client.search.hybrid import HybridSolver
 from folding_client.search.search_file import known_search
 from folding_client.settings import ROLES, ModelRole, Settings
@@ -49,7 +49,7 @@ class RoleModels:
     critic: Model | None
     overview: Model | None
     selector: Model | None
-    limits: SpendingLimits = NO_LIMITS
+    limits: SpendingLimits = UNLIMITED
     prices: Prices = field(default_factory=dict)
 
     def client(self, role: ModelRole, recorder: Recorder, limit: int | None = None) -> RoleClient:

@@ -12,12 +12,12 @@ from rich.console import Console
 
 from folding_client import options
 from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
-from folding_client.critic_accuracy.measuring import accuracy_lines, critic_accuracy, sequences_with_truth
+from folding_client.critic_accuracy.accuracy import accuracy_lines, critic_accuracy, sequences_with_truth
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
-from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, finish, guarded
+from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
 from folding_client.interrupts import UsageError
+from folding_client.models.model_table import model_lines, model_table
 from folding_client.models.requirements import require_models
-from folding_client.models.table import model_lines, model_table
 from folding_client.progress import Shown, Silent
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
@@ -49,7 +49,7 @@ def run(
     out: options.Out = None,
     resume: options.Resume = None,
     config: options.Config = None,
-    dry: options.DryRun = False,
+    dry: options.DryRunOption = False,
     verbose: options.Verbose = False,
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
@@ -252,4 +252,4 @@ def models_command(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: whatever goes wrong is one line, with the exit code for its kind."""
-    guarded(partial(app, args=arguments))
+    end_cleanly(partial(app, args=arguments))

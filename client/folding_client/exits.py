@@ -48,7 +48,7 @@ async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
     return await work
 
 
-def guarded(command: Callable[[], object]) -> None:
+def end_cleanly(command: Callable[[], object]) -> None:
     """Carry a command out. Whatever it raises ends the process with one line on stderr and the exit code for it."""
     try:
         command()

@@ -82,7 +82,7 @@ Config = Annotated[
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all that models say and call.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
-DryRun = Annotated[
+DryRunOption = Annotated[
     bool,
     typer.Option("--dry-run", help="Show the first request, its tokens and its price, and send nothing."),
 ]

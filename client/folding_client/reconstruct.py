@@ -17,7 +17,6 @@ from pydantic import ValidationError
 
 from folding_client.assembly import RoleModels, make_role_models, make_worker, needed_tools
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
-from folding_client.limits import in_time
 from folding_client.models.requirements import require_models
 from folding_client.outputs import write_outputs
 from folding_client.progress import Progress
@@ -28,6 +27,7 @@ from folding_client.record.event_log import read_events
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.recorder import RECORD_FORMAT, Recorder
 from folding_client.record.redaction import MARK
+from folding_client.run_limits import in_time
 from folding_client.search.hybrid import SOLVER
 from folding_client.settings import ROLES, Settings
 

@@ -11,13 +11,13 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from folding_schemas.results import Verdict
 
 
-class Recorded(BaseModel):
+class RecordPart(BaseModel):
     """Part of a record; later versions may say more in it."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
 
-class RecordedSequence(Recorded):
+class RecordedSequence(RecordPart):
     """What a run reconstructs; ``frames`` once the server has opened it."""
 
     name: str
@@ -25,14 +25,14 @@ class RecordedSequence(Recorded):
     frames: int | None = None
 
 
-class RecordedSettings(Recorded):
+class RecordedSettings(RecordPart):
     """The settings by name: those given, by whatever way, and those that defaulted."""
 
     given: dict[str, Any]
     defaulted: dict[str, Any]
 
 
-class RecordedOutcome(Recorded):
+class RecordedOutcome(RecordPart):
     """How far a run is and how it ended; ``seconds`` over every time that it was worked on, ``updated`` in ISO 8601."""
 
     status: Literal["running", "complete", "stopped", "interrupted"]
@@ -43,7 +43,7 @@ class RecordedOutcome(Recorded):
     updated: str
 
 
-class RecordedFit(Recorded):
+class RecordedFit(RecordPart):
     """The last verdict on a frame before it was saved, its agreement with the photo from 0 to 1, and where that is from.
     ``by`` is None if nobody looked.
     """
@@ -53,7 +53,7 @@ class RecordedFit(Recorded):
     by: Literal["comparison", "critic", "selector"] | None
 
 
-class RecordedTotals(Recorded):
+class RecordedTotals(RecordPart):
     """What a role used; ``cost`` in US dollars, None while no price is known."""
 
     queries: int
@@ -65,7 +65,7 @@ class RecordedTotals(Recorded):
     seconds: float
 
 
-class RunRecord(Recorded):
+class RunRecord(RecordPart):
     """``run.json``. ``models`` and ``totals`` are by role, ``decided`` and ``fits`` by frame."""
 
     format: Literal[1]
@@ -83,7 +83,7 @@ class RunRecord(Recorded):
     totals: dict[str, RecordedTotals]
 
 
-class RecordedUsage(Recorded):
+class RecordedUsage(RecordPart):
     """Tokens and price of a reply."""
 
     input_tokens: int
@@ -93,14 +93,14 @@ class RecordedUsage(Recorded):
     cost: float | None
 
 
-class RecordedPicture(Recorded):
+class RecordedPicture(RecordPart):
     """A picture by its file in the run folder."""
 
     file: str
     subject: str
 
 
-class RecordedToolCall(Recorded):
+class RecordedToolCall(RecordPart):
     """A call as a model wrote it; ``arguments`` is its text."""
 
     id: str
@@ -108,7 +108,7 @@ class RecordedToolCall(Recorded):
     arguments: str
 
 
-class RecordedMessage(Recorded):
+class RecordedMessage(RecordPart):
     """A message that is new to a conversation; ``call_id``, ``tool`` and ``is_error`` with the result of a call."""
 
     role: Literal["system", "user", "assistant", "tool"]
@@ -120,7 +120,7 @@ class RecordedMessage(Recorded):
     is_error: bool | None = None
 
 
-class RecordedEvent(Recorded):
+class RecordedEvent(RecordPart):
     """What every event has: its number from 1, the time (ISO 8601, UTC), the seconds since the log was opened."""
 
     seq: int = Field(ge=1)
@@ -347,7 +347,7 @@ class OutputsMissingEvent(RecordedEvent):
     reason: str
 
 
-RunEvent = Annotated[
+RunEventLine = Annotated[
     OpenedEvent
     | EndedEvent
     | StoppedEvent
@@ -384,7 +384,7 @@ def record_schemas() -> dict[str, dict[str, Any]]:
         "run.schema.json": {**dialect, **RunRecord.model_json_schema(), "title": "run.json"},
         "event.schema.json": {
             **dialect,
-            **TypeAdapter(RunEvent).json_schema(),
+            **TypeAdapter(RunEventLine).json_schema(),
             "title": "a line of events.jsonl",
         },
     }

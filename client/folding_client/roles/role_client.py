@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from folding_client.interrupts import QueriesUsedUp, ReplyUnreadable, StepFailed
-from folding_client.limits import NO_LIMITS, SpendingLimits
 from folding_client.messages import NO_USAGE, Message, Reply, ToolSpec
 from folding_client.models.model import Model
 from folding_client.models.prices import Pricing, as_it_came
 from folding_client.record.recorder import Recorder
+from folding_client.run_limits import UNLIMITED, SpendingLimits
 
 
 class RoleClient:
@@ -21,7 +21,7 @@ class RoleClient:
         model: Model,
         recorder: Recorder,
         limit: int | None = None,
-        limits: SpendingLimits = NO_LIMITS,
+        limits: SpendingLimits = UNLIMITED,
         pricing: Pricing = as_it_came,
     ) -> None:
         self.role = role

@@ -5,13 +5,14 @@ was done or with one mistake in it, and the critic is asked about the result.
 """
 
 import random
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Literal, cast
 
 from folding_schemas.actions import Actions, Program
-from folding_schemas.results import ActionClass, CheckpointSaved, CriticGrid, Verdict
+from folding_schemas.results import ActionClass, CheckpointSaved, CriticGrid, RenderView, Verdict
 from pydantic import ValidationError
 
 from folding_client.assembly import SAVING, RoleModels, make_critic, make_role_models
@@ -30,8 +31,12 @@ from folding_client.settings import Settings
 
 TRUTH = "program.json"
 """The file of a sequence's folder that holds the true program."""
-_NEEDED = ACTIONS | SAVING | {"open_run", "get_current_state", "critic_grid", "compare_to_frame"}
+_NEEDED = (
+    ACTIONS | SAVING | {"open_run", "get_current_state", "render_current", "critic_grid", "compare_to_frame"}
+)
 CaseKind = Literal["right"] | WrongKind
+LeftOut = Literal["refused", "alike"]
+"""Why a state is not judged: the server refuses to make it, or it is wrong and looks like the right one."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,8 @@ class JudgedCase:
 @dataclass(frozen=True)
 class CriticAccuracy:
     """How a critic judged. ``false_match`` are the wrong states that it took for a match, in all and by kind,
-    ``false_mismatch`` the right ones that it took for none. ``stopped`` says what cut it short, empty if nothing did.
+    ``false_mismatch`` the right ones that it took for none. ``refused`` and ``alike`` count
+    what was left out, ``stopped`` says what cut it short, empty if nothing did.
     """
 
     critic: str
@@ -80,6 +86,7 @@ class CriticAccuracy:
     no_verdict: Share
     false_match_by_kind: dict[str, Share]
     refused: int
+    alike: int
     tokens: int
     cost: float | None
     stopped: str
@@ -133,7 +140,8 @@ async def critic_accuracy(
     say: Callable[[str], None],
 ) -> CriticAccuracy:
     """Have the critic of the settings judge up to ``count`` right states and as many wrong ones, drawn by ``seed``. States
-    that the server refuses to make are left out and counted. Everything is on record in the new folder ``out``.
+    that the server refuses to make, and wrong ones that look like the right one, are counted and others taken instead.
+    Everything is on record in the new folder ``out``.
     """
     folder = RunFolder(out)
     folder.create()
@@ -141,11 +149,12 @@ async def critic_accuracy(
     measured = _Measured(settings.role("critic"), seed)
     try:
         role_models = make_role_models(settings, recorder)
-        drawn = _drawn(sequences, count, seed)
-        for sequence in sequences:
-            states = [state for state in drawn if state.sequence == sequence]
-            if states:
-                await _judge(states, settings, role_models, recorder, measured, say)
+        for right in (True, False):
+            left = _shuffled(states_to_judge(sequences, right=right), f"{seed}/{right}")
+            while left and (missing := count - measured.count(right=right)) > 0:
+                drawn, left = left[:missing], left[missing:]
+                for states in _by_sequence(drawn):
+                    await _judge(states, settings, role_models, recorder, measured, say)
     except RunStopped as stop:
         measured.stopped = str(stop)
     finally:
@@ -156,14 +165,14 @@ async def critic_accuracy(
     return found
 
 
-def _drawn(sequences: Sequence[TrueSequence], count: int, seed: int) -> list[StateToJudge]:
-    """``count`` right states and as many wrong ones, or all there are."""
-    found: list[StateToJudge] = []
-    for kind in ("right", "wrong"):
-        states = states_to_judge(sequences, right=kind == "right")
-        random.Random(f"{seed}/{kind}").shuffle(states)
-        found += states[:count]
-    return found
+def _shuffled(states: list[StateToJudge], seed: str) -> list[StateToJudge]:
+    return random.Random(seed).sample(states, len(states))
+
+
+def _by_sequence(states: Sequence[StateToJudge]) -> Iterator[list[StateToJudge]]:
+    """The states of each sequence together, so that one server makes them."""
+    for folder in dict.fromkeys(state.sequence.folder for state in states):
+        yield [state for state in states if state.sequence.folder == folder]
 
 
 async def _judge(
@@ -192,27 +201,36 @@ async def _judge(
 
 async def _judged(
     state: StateToJudge, server: ServerClient, critic: Critic, recorder: Recorder
-) -> JudgedCase | None:
-    """What the critic says of a state, on a fresh run; None if the server refuses to make the state."""
-    name, frame = sequence_name(state.sequence.folder), state.frame
-    async with server.another_run(name) as info:
-        try:
+) -> JudgedCase | LeftOut:
+    """What the critic says of a state, on a fresh run, or why it is not asked."""
+    frame = state.frame
+    try:
+        right = None if state.kind == "right" else await _look_of(replace(state, kind="right"), server)
+        async with server.another_run(sequence_name(state.sequence.folder)) as info:
             await _make(state, server)
+            if right is not None and await _look(server) == right:
+                return "alike"
             grid, pictures = await server.ask(CriticGrid, "critic_grid", frame=frame)
-        except ToolRefused:
-            return None
-        case = CriticCase(
-            frame,
-            classes_of(state.sequence.steps[frame - 2]),
-            None,
-            grid.source_state,
-            grid.candidate_state,
-            pictures,
-            (info.front_color, info.back_color),
-        )
-        judgement = await critic.judge(case)
+            classes = classes_of(state.sequence.steps[frame - 2])
+            colors = info.front_color, info.back_color
+            states = grid.source_state, grid.candidate_state
+            judgement = await critic.judge(CriticCase(frame, classes, None, *states, pictures, colors))
+    except ToolRefused:
+        return "refused"
     recorder.event("verdict", frame=frame, **asdict(judgement))
-    return JudgedCase(name, frame, state.kind, judgement.verdict)
+    return JudgedCase(info.sequence or "", frame, state.kind, judgement.verdict)
+
+
+async def _look_of(state: StateToJudge, server: ServerClient) -> bytes:
+    async with server.another_run(sequence_name(state.sequence.folder)):
+        await _make(state, server)
+        return await _look(server)
+
+
+async def _look(server: ServerClient) -> bytes:
+    """The diagram of the current state: states that look the same have the same."""
+    _, pictures = await server.ask(RenderView, "render_current", labels=False)
+    return pictures[0].data
 
 
 async def _make(state: StateToJudge, server: ServerClient) -> None:
@@ -241,20 +259,24 @@ class _Measured:
     critic: str
     seed: int
     cases: list[JudgedCase] = field(default_factory=list)
-    refused: int = 0
+    left_out: Counter[LeftOut] = field(default_factory=Counter)
     stopped: str = ""
 
-    def add(self, case: JudgedCase | None) -> None:
-        if case is None:
-            self.refused += 1
-        else:
+    def add(self, case: JudgedCase | LeftOut) -> None:
+        if isinstance(case, JudgedCase):
             self.cases.append(case)
+        else:
+            self.left_out[case] += 1
+
+    def count(self, *, right: bool) -> int:
+        """How many states of a sort were judged."""
+        return sum((case.kind == "right") == right for case in self.cases)
 
     @property
     def said(self) -> str:
         """How far it is, in words."""
         right = sum(case.is_right for case in self.cases)
-        return f"{len(self.cases)} states judged, {right} of them rightly; {self.refused} could not be made"
+        return f"{len(self.cases)} states judged, {right} of them rightly"
 
     def counted(self, recorder: Recorder) -> CriticAccuracy:
         """The figures."""
@@ -268,7 +290,8 @@ class _Measured:
             _share(rights, lambda case: case.verdict is not None and not _says_match(case)),
             _share(self.cases, lambda case: case.verdict is None),
             {kind: _share([case for case in wrong if case.kind == kind], _says_match) for kind in KINDS},
-            self.refused,
+            self.left_out["refused"],
+            self.left_out["alike"],
             total_tokens(recorder.totals),
             total_cost(recorder.totals),
             self.stopped,
@@ -292,8 +315,8 @@ def accuracy_lines(found: CriticAccuracy) -> Iterator[str]:
         yield f"  {kind}: {share.text}"
     yield f"right states taken for a mismatch: {found.false_mismatch.text}"
     yield f"no verdict: {found.no_verdict.text}"
-    if found.refused:
-        yield f"{found.refused} states could not be made"
+    if found.refused or found.alike:
+        yield f"left out: {found.refused} that could not be made, {found.alike} wrong ones that look like the right one"
     if found.tokens:
         cost = "price not known" if found.cost is None else f"${found.cost:.4f}"
         yield f"{found.tokens:,} tokens, {cost}"

@@ -34,7 +34,7 @@ class SpendingLimits:
             raise LimitReached(message)
 
 
-NO_LIMITS = SpendingLimits()
+UNLIMITED = SpendingLimits()
 
 
 def spending_limits(settings: Settings) -> SpendingLimits:
