@@ -30,6 +30,8 @@ MOST_CALLS = 6
 """The kill between a call and its answer comes at one of so many first calls of a process."""
 POLL_SECONDS = 0.0005
 """Between two looks at the log."""
+SCRIPT = "script"
+"""Stands for a script of the sequence's own program."""
 SEQUENCE = Path(__file__).resolve().parent.parent / "examples" / "cat"
 
 
@@ -49,17 +51,44 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100, help="how often (default 100)")
     parser.add_argument("--seed", type=int, default=0, help="of the moments (default 0)")
-    parser.add_argument("--model", default="geometric", help="the model of the runs (default geometric)")
-    parser.add_argument("--frames", type=int, default=4, help="how many frames of the sequence (default 4)")
+    parser.add_argument(
+        "--model",
+        default=SCRIPT,
+        help=f"the model of the runs (default {SCRIPT}: a script of the true program)",
+    )
+    parser.add_argument("--frames", type=int, default=9, help="how many frames of the sequence (default 9)")
     parser.add_argument("--sequence", type=Path, default=SEQUENCE, help="a sequence (default: the cat)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         sequence = first_frames(options.sequence, home / options.sequence.name, options.frames)
-        report = kill_often(sequence, options.model, home / "runs", options.kills, options.seed)
+        model = (
+            script_of(options.sequence, home, options.frames) if options.model == SCRIPT else options.model
+        )
+        report = kill_often(sequence, model, home / "runs", options.kills, options.seed)
     json.dump(vars(report), sys.stdout, indent=2)
     sys.stdout.write("\n")
     sys.exit(1 if report.faults else 0)
+
+
+def script_of(sequence: Path, home: Path, frames: int) -> str:
+    """A model that does what the program of a sequence says, and looks at the paper after every action."""
+    steps = json.loads((sequence / "program.json").read_text())["steps"][: frames - 1]
+    replies: list[list[dict[str, Any]]] = [[_call("save_checkpoint", frame=1)]]
+    for frame, step in enumerate(steps, start=2):
+        for action in step:
+            name, arguments = (
+                action["action"],
+                {key: value for key, value in action.items() if key != "action"},
+            )
+            replies.append([_call(name, **arguments), _call("render_current")])
+        replies.append([_call("save_checkpoint", frame=frame)])
+    (home / "script.json").write_text(json.dumps([{"calls": calls} for calls in replies]))
+    return f"scripted:{home / 'script.json'}"
+
+
+def _call(tool: str, **arguments: Any) -> dict[str, Any]:
+    return {"tool": tool, "arguments": arguments}
 
 
 def first_frames(source: Path, folder: Path, frames: int) -> Path:

@@ -28,7 +28,7 @@ from folding_client.summaries import fits_of, outcome_document, outcome_lines
 from folding_client.videos import video_in_run_folder
 
 app = typer.Typer(
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     help="Reconstruct folding programs from photos of origami.",
 )
@@ -37,8 +37,14 @@ _DONE = frozenset({"complete", "skipped"})
 
 
 @app.callback()
-def _commands(_version: options.VersionOption = False, _log_level: options.LogLevelOption = None) -> None:
+def _commands(
+    context: typer.Context,
+    _version: options.VersionOption = False,
+    _log_level: options.LogLevelOption = None,
+) -> None:
     """Reconstruct folding programs from photos of origami."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 @app.command()
@@ -252,4 +258,4 @@ def models_command(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: whatever goes wrong is one line, with the exit code for its kind."""
-    end_cleanly(partial(app, args=arguments))
+    end_cleanly(partial(app, args=arguments, standalone_mode=False))

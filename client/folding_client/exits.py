@@ -48,10 +48,14 @@ async def _cancelled_by_sigterm(work: Coroutine[Any, Any, _Answer]) -> _Answer:
     return await work
 
 
-def end_cleanly(command: Callable[[], object]) -> None:
-    """Carry a command out. Whatever it raises ends the process with one line on stderr and the exit code for it."""
+def end_cleanly(command: Callable[[], object]) -> NoReturn:
+    """Carry a command out and end the process: with the exit code that it answers, or, whatever it raises, with one line on
+    stderr and the exit code for that.
+    """
     try:
-        command()
+        code = command()
+    except typer.TyperException as error:
+        _end(" ".join(error.format_message().replace("Value error, ", "").split()), error.exit_code)
     except Interrupt as error:
         _end(str(error), EXIT_USAGE if isinstance(error, UsageError) else EXIT_STOPPED)
     except BrokenPipeError:
@@ -63,10 +67,11 @@ def end_cleanly(command: Callable[[], object]) -> None:
         if error.errno == errno.ENAMETOOLONG:
             _end(f"A name is too long for a file: {error.filename}. Give a shorter one.", EXIT_USAGE)
         _end(f"{file_trouble(error)}, then go on with --resume or the same command.", EXIT_STOPPED)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         _end("Interrupted.", EXIT_INTERRUPTED)
     except Exception as error:  # noqa: BLE001 - the boundary of the process
         _end(fault(error), EXIT_FAULT)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
 def fault(error: Exception) -> str:

@@ -27,7 +27,12 @@ def _set_level(level: LogLevel | None) -> None:
 
 LogLevelOption = Annotated[
     LogLevel | None,
-    typer.Option("--log-level", callback=_set_level, help="Show log messages from this level on, on stderr."),
+    typer.Option(
+        "--log-level",
+        envvar="FOLDINGAGENT_LOG_LEVEL",
+        callback=_set_level,
+        help="Show log messages from this level on, on stderr.",
+    ),
 ]
 VersionOption = Annotated[bool, version_option("foldingagent")]
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY

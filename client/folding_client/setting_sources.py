@@ -38,6 +38,8 @@ def settings_from(
     ):
         given |= values
         places |= {name: source.format(_spelt(name, source)) for name in values}
+    if isinstance(given.get("prices"), str):  # a run may be resumed from elsewhere
+        given["prices"] = str(Path(given["prices"]).expanduser().resolve())
     try:
         return Settings.model_validate(given)
     except ValidationError as error:
@@ -72,15 +74,16 @@ def _in_file(file: Path | None) -> dict[str, Any]:
 
 
 def _in_environment(environment: Mapping[str, str]) -> dict[str, Any]:
-    names = {f"{PREFIX}{name.upper()}": name for name in Settings.model_fields}
-    for variable in sorted(environment):
-        unknown = variable.startswith(PREFIX) and variable not in names
-        if unknown and (near := get_close_matches(variable, names, n=1, cutoff=_ALIKE)):
-            message = f"The variable {variable} gives no setting; did you mean {near[0]}?"
-            raise UsageError(message)
-    return {
-        name: _value(environment[variable]) for variable, name in names.items() if environment.get(variable)
+    given = {
+        variable.removeprefix(PREFIX).lower(): text
+        for variable, text in environment.items()
+        if variable.startswith(PREFIX) and text
     }
+    for name in sorted(given.keys() - Settings.model_fields.keys()):
+        if near := get_close_matches(name, Settings.model_fields, n=1, cutoff=_ALIKE):
+            message = f"The variable {PREFIX}{name.upper()} gives no setting; did you mean {PREFIX}{near[0].upper()}?"
+            raise UsageError(message)
+    return {name: _value(given[name]) for name in Settings.model_fields if name in given}
 
 
 def _value(text: str) -> Any:
