@@ -1,9 +1,9 @@
 """What a run is asked to do, as one frozen value built at the edge."""
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from folding_client.models.retries import RetryPolicy
 
@@ -16,25 +16,8 @@ HYBRID = "hybrid:"
 """What ids of models begin with that are asked only where the geometric solver does not see clearly."""
 LEAST_THINKING = 1024
 """The smallest budget that providers take."""
-
-
 _DURATION = re.compile(r"(\d+(?:\.\d*)?) ?([smh]?)")
 _SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
-
-
-def _seconds(value: Any) -> Any:
-    """A time in seconds, from text such as 90, 90s, 15m or 2h."""
-    if not isinstance(value, str):
-        return value
-    found = _DURATION.fullmatch(value.strip())
-    if found is None:
-        message = "give a time such as 90s, 15m or 2h"
-        raise ValueError(message)
-    return float(found[1]) * _SECONDS[found[2]]
-
-
-Duration = Annotated[float, BeforeValidator(_seconds), Field(gt=0)]
-"""Seconds; as text, with the unit s, m or h."""
 
 
 class Settings(BaseModel):
@@ -55,11 +38,11 @@ class Settings(BaseModel):
     keep_images: bool = False
     keep_results: bool = False
     full_descriptions: bool = False
-    max_queries: int = Field(default=300, ge=1)
     max_cost: float | None = Field(default=None, gt=0)
     max_tokens_total: int | None = Field(default=None, ge=1)
-    max_time: Duration | None = None
+    max_time: float | None = Field(default=None, gt=0)
     prices: str | None = None
+    max_queries: int = Field(default=300, ge=1)
     thinking_budget: int = Field(default=8192, ge=0)
     max_tokens: int = Field(default=16384, ge=1)
     failures_per_step: int = Field(default=10, ge=1)
@@ -95,6 +78,18 @@ class Settings(BaseModel):
             )
             raise ValueError(message)
         return self
+
+    @field_validator("max_time", mode="before")
+    @classmethod
+    def _in_seconds(cls, given: object) -> object:
+        """Text is a number with a unit."""
+        if not isinstance(given, str):
+            return given
+        found = _DURATION.fullmatch(given.strip())
+        if found is None:
+            message = "give a time such as 90s, 15m or 2h"
+            raise ValueError(message)
+        return float(found[1]) * _SECONDS[found[2]]
 
     def role(self, role: ModelRole) -> str:
         """The model id for a role."""

@@ -185,6 +185,15 @@ class PlanFailedEvent(RecordedEvent):
     plan: int
 
 
+class RequestOptionsEvent(RecordedEvent):
+    """What every query of a role carries beside its conversation."""
+
+    kind: Literal["request_options"]
+    role: str
+    model: str
+    options: dict[str, Any]
+
+
 class RequestEvent(RecordedEvent):
     """A query goes out: ``new`` holds its messages from ``new_from`` on."""
 
@@ -355,6 +364,7 @@ RunEventLine = Annotated[
     | StepOverEvent
     | FrameReasonEvent
     | PlanFailedEvent
+    | RequestOptionsEvent
     | RequestEvent
     | ReplyEvent
     | UnreadableEvent
