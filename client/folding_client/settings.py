@@ -63,6 +63,18 @@ class Settings(BaseModel):
             raise ValueError(message)
         return self
 
+    @field_validator("max_time", mode="before")
+    @classmethod
+    def _in_seconds(cls, given: object) -> object:
+        """Text is a number with a unit."""
+        if not isinstance(given, str):
+            return given
+        found = _DURATION.fullmatch(given.strip())
+        if found is None:
+            message = "give a time such as 90s, 15m or 2h"
+            raise ValueError(message)
+        return float(found[1]) * _SECONDS[found[2]]
+
     @model_validator(mode="after")
     def _leaves_room_to_answer(self) -> "Settings":
         if 0 < self.thinking_budget < LEAST_THINKING:
@@ -78,18 +90,6 @@ class Settings(BaseModel):
             )
             raise ValueError(message)
         return self
-
-    @field_validator("max_time", mode="before")
-    @classmethod
-    def _in_seconds(cls, given: object) -> object:
-        """Text is a number with a unit."""
-        if not isinstance(given, str):
-            return given
-        found = _DURATION.fullmatch(given.strip())
-        if found is None:
-            message = "give a time such as 90s, 15m or 2h"
-            raise ValueError(message)
-        return float(found[1]) * _SECONDS[found[2]]
 
     def role(self, role: ModelRole) -> str:
         """The model id for a role."""
