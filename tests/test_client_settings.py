@@ -57,7 +57,7 @@ def test_variables_hold_numbers_truth_values_and_text() -> None:
     [
         ({"max_queries": 0}, "", {}, "--max-queries cannot be 0: "),
         ({}, "max_queries = 0", {}, "max_queries in FILE cannot be 0: "),
-        ({}, "[retries]\ntries = 0", {}, "retries in FILE.tries cannot be 0: "),
+        ({}, "[retries]\ntries = 0", {}, "retries.tries in FILE cannot be 0: "),
         ({}, "", {"FOLDINGAGENT_MAX_QUERIES": "0"}, "FOLDINGAGENT_MAX_QUERIES cannot be 0: "),
         ({}, "", {"FOLDINGAGENT_MAX_QUERYS": "5"}, "did you mean FOLDINGAGENT_MAX_QUERIES?"),
         ({}, "queries = 3", {}, "FILE gives 'queries', which is no setting; the settings are model, "),

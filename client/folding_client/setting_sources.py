@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,8 @@ PREFIX = "FOLDINGAGENT_"
 """What the variables begin with that give settings; the rest is the setting's name in capital letters."""
 CONFIG_VARIABLE = f"{PREFIX}CONFIG"
 """The variable that names a file of settings, if ``--config`` does not."""
+_Place = Callable[[str], str]
+"""Says where a setting stands, given its name."""
 _ALIKE = 0.8
 """Names that are more alike than this by difflib's measure, from 0 to 1, are taken for a slip."""
 
@@ -30,14 +32,15 @@ def settings_from(
     named = environment.get(CONFIG_VARIABLE)
     file = config or (Path(named) if named else None)
     given: dict[str, Any] = {}
-    places: dict[str, str] = {}
-    for source, values in (
-        (f"{{}} in {file}", _in_file(file)),
-        (f"{PREFIX}{{}}", _in_environment(environment)),
-        ("--{}", options),
-    ):
+    places: dict[str, _Place] = {}
+    sources: tuple[tuple[_Place, Mapping[str, Any]], ...] = (
+        (lambda name: f"{name} in {file}", _in_file(file)),
+        (lambda name: f"{PREFIX}{name.upper()}", _in_environment(environment)),
+        (lambda name: f"--{name.replace('_', '-')}", options),
+    )
+    for place, values in sources:
         given |= values
-        places |= {name: source.format(_spelt(name, source)) for name in values}
+        places |= dict.fromkeys(values, place)
     if isinstance(given.get("prices"), str):  # a run may be resumed from elsewhere
         given["prices"] = str(Path(given["prices"]).expanduser().resolve())
     try:
@@ -46,20 +49,13 @@ def settings_from(
         raise _unfit(error, places) from error
 
 
-def _spelt(name: str, source: str) -> str:
-    if source.startswith("--"):
-        return name.replace("_", "-")
-    return name.upper() if source.startswith(PREFIX) else name
-
-
-def _unfit(error: ValidationError, places: Mapping[str, str]) -> UsageError:
+def _unfit(error: ValidationError, places: Mapping[str, _Place]) -> UsageError:
     first = error.errors()[0]
     why = first["msg"].removeprefix("Value error, ")
     if not first["loc"]:
         return UsageError(f"{why}.")
-    setting, *within = map(str, first["loc"])
-    place = ".".join((places.get(setting, setting), *within))
-    return UsageError(f"{place} cannot be {first['input']!r}: {why}.")
+    place = places[str(first["loc"][0])]
+    return UsageError(f"{place('.'.join(map(str, first['loc'])))} cannot be {first['input']!r}: {why}.")
 
 
 def _in_file(file: Path | None) -> dict[str, Any]:

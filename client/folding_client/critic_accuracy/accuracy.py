@@ -157,6 +157,9 @@ async def critic_accuracy(
                     await _judge(states, settings, role_models, recorder, measured, say)
     except RunStopped as stop:
         measured.stopped = str(stop)
+    except UsageError:
+        folder.discard()
+        raise
     finally:
         recorder.close()
         folder.release()

@@ -42,7 +42,7 @@ class FitRecord:
         self._run_id: str | None = None
         self._arguments: Mapping[str, Any] = {}
         self._now: dict[int, Fit] = {}
-        self._attempts: dict[tuple[int, int], Fit] = {}
+        self._tried: dict[tuple[int, int, int | None], Fit] = {}
         for event in events:
             self.add(event["kind"], event)
 
@@ -72,17 +72,19 @@ class FitRecord:
         elif tool == "save_checkpoint":
             self.by_frame[answer["frame"]] = self._now.get(answer["frame"], Fit())
         elif tool == "commit_attempt":
-            place = self._arguments["frame"], self._arguments["attempt"]
-            known = self._attempts.get(place, Fit())
-            self.by_frame[place[0]] = Fit(known.verdict, known.agreement, "selector")
+            known = self._tried.get(self._place(), Fit())
+            self.by_frame[answer["frame"]] = Fit(known.verdict, known.agreement, "selector")
 
     def _add_comparison(self, answer: Mapping[str, Any]) -> None:
         found = Fit(answer["verdict"], answer["agreement"], "comparison")
-        attempt = self._arguments.get("attempt")
-        if attempt is None:
+        if self._arguments.get("attempt") is None:
             self._now[answer["frame"]] = found
         else:
-            self._attempts[answer["frame"], attempt] = found
+            self._tried[self._place()] = found
+
+    def _place(self) -> tuple[int, int, int | None]:
+        """The frame, the attempt, and which of its states if not the last, that the call at hand means."""
+        return self._arguments["frame"], self._arguments["attempt"], self._arguments.get("state")
 
 
 @dataclass(frozen=True)
