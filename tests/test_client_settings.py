@@ -4,12 +4,18 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 from client_runs import PLANTED_KEY, run, sequence, served, server_url
 from folding_client import exits
+from folding_client.batch.runner import BatchEntry
+from folding_client.critic_accuracy.accuracy import CriticAccuracy
+from folding_client.dry_run import DryRun
 from folding_client.interrupts import UsageError
+from folding_client.models.model_table import ModelRow, ModelTable
+from folding_client.record.replay import Difference, Replay
 from folding_client.setting_sources import settings_from
 from paths import ROOT
 from providers.openai import OpenAI
@@ -220,6 +226,22 @@ def test_every_exit_code_is_documented() -> None:
         if line.startswith("| ") and line.split("|")[1].strip().isdigit()
     }
     assert codes == listed
+
+
+@pytest.mark.parametrize(
+    ("command_line", "names"),
+    [
+        ("run --dry-run", [field.name for field in fields(DryRun)]),
+        ("batch", [field.name for field in fields(BatchEntry)]),
+        ("replay", [field.name for kind in (Replay, Difference) for field in fields(kind)]),
+        ("models", [field.name for kind in (ModelTable, ModelRow) for field in fields(kind)]),
+        ("critic-accuracy", [field.name for field in fields(CriticAccuracy)]),
+    ],
+)
+def test_every_member_of_the_json_output_is_documented(command_line: str, names: list[str]) -> None:
+    page = (ROOT / "docs" / "client.md").read_text(encoding="utf-8")
+    (row,) = [line for line in page.splitlines() if line.startswith(f"| `{command_line}` | ")]
+    assert [name for name in names if f"`{name}`" not in row] == []
 
 
 def test_a_name_that_is_too_long_for_a_file_is_one_sentence(tmp_path: Path) -> None:
