@@ -24,9 +24,9 @@ from typing import Any
 from folding_client.record.event_log import gaps, read_events
 from folding_client.record.replay import replay_run
 
-LONGEST_SECONDS = 2.0
+LONGEST_SECONDS = 4.0
 """The latest moment of a random kill, after the first event of a process."""
-MOST_CALLS = 6
+MOST_CALLS = 40
 """The kill between a call and its answer comes at one of so many first calls of a process."""
 POLL_SECONDS = 0.0005
 """Between two looks at the log."""

@@ -114,6 +114,19 @@ def test_a_client_that_is_killed_at_random_and_at_its_calls_leaves_nothing_out(t
     assert report.runs >= 1
 
 
+def test_a_script_goes_on_where_the_step_began_however_often_the_step_was_cut_short(tmp_path: Path) -> None:
+    model = script(tmp_path, [saves(1)], [TURN], [saves(2)])
+    out = tmp_path / "run"
+    for times in range(3):  # the script lacks its third reply, thrice
+        (tmp_path / "script.json").write_text(json.dumps([{"calls": [saves(1)]}, {"calls": [TURN]}]))
+        stopped = run(2, out, model=model) if times == 0 else resume(out)
+        assert stopped.status == "stopped"
+    script(tmp_path, [saves(1)], [TURN], [saves(2)])
+    assert resume(out).status == "complete"
+    assert program(out) == [[ACTION]]
+    assert len(events(out, "reply")) == 6
+
+
 STILLBORN = """
 import os, signal, sys
 from pathlib import Path

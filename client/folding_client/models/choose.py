@@ -25,7 +25,7 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
     if spec.startswith("scripted:"):
         replies = load_script(Path(spec.removeprefix("scripted:")), role)
-        return ScriptedModel(spec, replies, partial(_replies_in_ended_steps, role, recorder.folder.events))
+        return ScriptedModel(spec, replies, partial(_replies_said, role, recorder.folder.events))
     from folding_client.models.litellm_model import LitellmModel
 
     return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
@@ -35,16 +35,16 @@ def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float
     recorder.event("retry", role=role, reason=reason, wait=round(seconds, 3))
 
 
-def _replies_in_ended_steps(role: ModelRole, events: Path) -> int:
-    """How many replies a role has given in a recorded run in the steps that had ended when it was last resumed."""
-    replies = ended = ended_before = 0
+def _replies_said(role: ModelRole, events: Path) -> int:
+    """Where a role stands in its script: a run that is resumed goes back to the beginning of the step that was cut short."""
+    said = before_step = 0
     for event in read_events(events):
         if _parts_steps(event):
-            ended = replies
+            before_step = said
         if event["kind"] == "resumed":
-            ended_before = ended
-        replies += event["kind"] == "reply" and event["role"] == role
-    return ended_before
+            said = before_step
+        said += event["kind"] == "reply" and event["role"] == role
+    return said
 
 
 def _parts_steps(event: Event) -> bool:
