@@ -35,6 +35,17 @@ SCRIPT = "script"
 SEQUENCE = Path(__file__).resolve().parent.parent / "examples" / "cat"
 
 
+@dataclass(frozen=True)
+class KillPlan:
+    """What is run and how often it is killed; at a call, among so many first ``calls`` of a process."""
+
+    sequence: Path
+    model: str
+    kills: int
+    seed: int
+    calls: int = MOST_CALLS
+
+
 @dataclass
 class KillReport:
     """How it went: kills, those that fell between a call and its answer, runs that were completed, and faults."""
@@ -65,7 +76,7 @@ def main() -> None:
         model = (
             script_of(options.sequence, home, options.frames) if options.model == SCRIPT else options.model
         )
-        report = kill_often(sequence, model, home / "runs", options.kills, options.seed)
+        report = kill_often(KillPlan(sequence, model, options.kills, options.seed), home / "runs")
     json.dump(vars(report), sys.stdout, indent=2)
     sys.stdout.write("\n")
     sys.exit(1 if report.faults else 0)
@@ -101,29 +112,30 @@ def first_frames(source: Path, folder: Path, frames: int) -> Path:
     return folder
 
 
-def kill_often(sequence: Path, model: str, home: Path, kills: int, seed: int) -> KillReport:
+def kill_often(plan: KillPlan, home: Path) -> KillReport:
     """Run, kill and resume, and compare every complete run with an undisturbed one. Tells on stderr how far it is."""
     report = KillReport()
     undisturbed = home / "undisturbed"
-    _command(sequence, model, undisturbed).wait()
+    _command(plan, undisturbed).wait()
     expected = _program(undisturbed)
-    while report.kills < kills:
+    while report.kills < plan.kills:
         run = home / f"run{report.runs + 1}"
-        while not _work(sequence, model, run, random.Random(f"{seed}/{report.kills}"), report, kills):
+        while not _work(plan, run, report):
             pass
         report.runs += 1
         report.faults += [f"{run.name}: {fault}" for fault in faults_in(run, expected)]
-        sys.stderr.write(f"client kills: {report.kills} of {kills}, {len(report.faults)} faults\n")
+        sys.stderr.write(f"client kills: {report.kills} of {plan.kills}, {len(report.faults)} faults\n")
     return report
 
 
-def _work(sequence: Path, model: str, run: Path, rng: random.Random, report: KillReport, kills: int) -> bool:
+def _work(plan: KillPlan, run: Path, report: KillReport) -> bool:
     """Start or resume a run and kill it, or let it end once there were enough kills; whether it is complete."""
+    rng = random.Random(f"{plan.seed}/{report.kills}/{report.runs}")
     before = _size(run)
-    with _command(sequence, model, run) as process:
-        if report.kills < kills:
+    with _command(plan, run) as process:
+        if report.kills < plan.kills:
             aimed = report.kills % 2 == 1
-            moment = _at_a_call(run, rng) if aimed else _after_a_while(run, before, rng)
+            moment = _at_a_call(run, rng.randrange(plan.calls)) if aimed else _after_a_while(run, before, rng)
             while process.poll() is None and not next(moment):
                 time.sleep(POLL_SECONDS)
             if process.poll() is None:
@@ -137,9 +149,9 @@ def _work(sequence: Path, model: str, run: Path, rng: random.Random, report: Kil
     return process.returncode >= 0
 
 
-def _at_a_call(run: Path, rng: random.Random) -> Iterator[bool]:
-    """True when a call of a process has no answer yet: the first ones are let pass."""
-    passed, wanted, last = 0, rng.randrange(MOST_CALLS), _size(run)
+def _at_a_call(run: Path, wanted: int) -> Iterator[bool]:
+    """True when a call of a process has no answer yet: so many as are ``wanted`` are let pass."""
+    passed, last = 0, _size(run)
     while True:
         size, line = _size(run), _last_line(run)
         is_call = size > last and b'"kind": "call"' in line
@@ -174,9 +186,9 @@ def _last_line(run: Path) -> bytes:
         return b""
 
 
-def _command(sequence: Path, model: str, run: Path) -> "subprocess.Popen[bytes]":
+def _command(plan: KillPlan, run: Path) -> "subprocess.Popen[bytes]":
     """The command that begins a run, or goes on with one that has begun."""
-    anew = ["run", str(sequence), "--model", model, "--out", str(run)]
+    anew = ["run", str(plan.sequence), "--model", plan.model, "--out", str(run)]
     words = ["run", "--resume", str(run)] if (run / "run.json").exists() else anew
     quiet = subprocess.DEVNULL
     return subprocess.Popen([sys.executable, "-m", "folding_client", *words], stdout=quiet, stderr=quiet)

@@ -13,7 +13,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from client_kills import KillReport, kill_often
+from client_kills import KillPlan, kill_often
 from client_runs import MISMATCH, act, ask, events, program, restore, resume, run, save, sequence, server_url
 from contract.record_contract import FOLDER, published
 from folding_client.interrupts import UsageError
@@ -108,7 +108,7 @@ def test_a_client_that_is_killed_at_random_and_at_its_calls_leaves_nothing_out(t
     fold = {"tool": "fold", "arguments": {"edge": [1, 3], "direction": 1}}
     look = {"tool": "get_current_state", "arguments": {}}
     model = script(tmp_path, [saves(1)], [TURN], [look, saves(2)], [fold, saves(3)])
-    report: KillReport = kill_often(sequence(3), model, tmp_path / "runs", kills=4, seed=1)
+    report = kill_often(KillPlan(sequence(3), model, kills=4, seed=1, calls=12), tmp_path / "runs")
     assert report.faults == []
     assert report.kills == 4
     assert report.runs >= 1
