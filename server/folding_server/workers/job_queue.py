@@ -1,0 +1,107 @@
+"""Who is next: a bounded queue that is fair between owners."""
+
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import anyio
+
+from folding_server.workers.job import WorkerJob, JobRefused, JobWorker
+
+WAITING = 64
+"""Jobs that wait at once, of all owners together: two workers with jobs of 2 seconds answer the last after a minute."""
+OWNER_WAITING = 16
+"""Jobs of one owner of tokens that wait at once: a quarter of the queue."""
+
+
+@dataclass(frozen=True)
+class QueueLimits:
+    """How many jobs may wait, and how many of one owner may wait and be computed at once; None for no limit.
+
+    The limits for an owner hold for owners of tokens: callers without are one and the same to the server.
+    """
+
+    waiting: int = WAITING
+    owner_waiting: int | None = OWNER_WAITING
+    owner_at_once: int | None = None
+
+
+@dataclass(eq=False)
+class QueuedJob:
+    """A job in the queue. ``turn`` is set when it has a worker."""
+
+    job: WorkerJob[Any]
+    turn: anyio.Event = field(default_factory=anyio.Event)
+    worker: JobWorker | None = None
+
+
+class JobQueue:
+    """Jobs that wait, and counts of those that are computed.
+
+    Owners take turns: next is the oldest job of the owner with the fewest jobs being computed, and among those of the
+    one that has been passed over longest.
+    """
+
+    def __init__(self, limits: QueueLimits) -> None:
+        self._limits = limits
+        self._waiting: dict[str | None, deque[QueuedJob]] = {}
+        self._computed: Counter[str | None] = Counter()
+
+    def __len__(self) -> int:
+        """How many jobs wait."""
+        return sum(map(len, self._waiting.values()))
+
+    def add(self, queued: QueuedJob) -> None:
+        """Let a job wait. JobRefused if as many wait as may."""
+        job, waiting = queued.job, len(self)
+        own = len(self._waiting.get(job.owner, ()))
+        if waiting >= self._limits.waiting:
+            raise JobRefused(
+                f"{job.name} has to wait for {waiting} calls before it, and no more may wait; call it again in a minute, "
+                f"or go on without it"
+            )
+        most = self._limits.owner_waiting
+        if job.owner is not None and most is not None and own >= most:
+            raise JobRefused(
+                f"{own} calls of {job.owner} wait already, and this server lets {most} wait for an owner; "
+                f"call {job.name} again when one of them is answered"
+            )
+        self._waiting.setdefault(job.owner, deque()).append(queued)
+
+    def remove(self, queued: QueuedJob) -> None:
+        """Forget a job that waits no longer; nothing if it is not there."""
+        own = self._waiting.get(queued.job.owner)
+        if own is not None and queued in own:
+            own.remove(queued)
+            self._drop_empty(queued.job.owner)
+
+    def take(self) -> QueuedJob | None:
+        """The job that is to be computed next, counted for its owner until ``finished``; None if none may be."""
+        allowed = list(self._may_compute())
+        if not allowed:
+            return None
+        owner = min(allowed, key=lambda each: self._computed[each])
+        own = self._waiting.pop(owner)
+        queued = own.popleft()
+        if own:
+            self._waiting[owner] = own  # at the end: the others come first now
+        self._computed[owner] += 1
+        return queued
+
+    def finished(self, job: WorkerJob[Any]) -> None:
+        """Count a job no longer."""
+        self._computed[job.owner] -= 1
+        if not self._computed[job.owner]:
+            del self._computed[job.owner]
+
+    def _may_compute(self) -> Iterator[str | None]:
+        """The owners with jobs that wait and need not, the one passed over longest first."""
+        most = self._limits.owner_at_once
+        for owner in self._waiting:
+            if owner is None or most is None or self._computed[owner] < most:
+                yield owner
+
+    def _drop_empty(self, owner: str | None) -> None:
+        if not self._waiting[owner]:
+            del self._waiting[owner]
