@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import IO, Any
 
 from folding_server.errors import FoldingError
-from folding_server.workers.job import Announce, Answer, WorkerJob, JobOutcome, WorkerFault
+from folding_server.workers.job import Announce, Answer, JobOutcome, JobStopped, WorkerFault, WorkerJob
 
 NICENESS = 10
 """How much a worker process gives way: with 10, Linux gives it a tenth of the time of what runs beside it, and all that is left."""
@@ -25,8 +25,10 @@ class WorkerThread:
 
     def compute(
         self, job: WorkerJob[Answer], announce: Announce, stopped: Callable[[], bool]
-    ) -> JobOutcome[Answer]:  # noqa: ARG002 - as other workers
-        """Compute a job here."""
+    ) -> JobOutcome[Answer]:
+        """Compute a job here. JobStopped if ``stopped`` says so before it has begun."""
+        if stopped():
+            raise JobStopped
         return outcome_of(job.work, job.given, announce, time.thread_time)
 
     def stop(self) -> None:

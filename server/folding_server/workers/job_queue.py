@@ -7,7 +7,7 @@ from typing import Any
 
 import anyio
 
-from folding_server.workers.job import WorkerJob, JobRefused, JobWorker
+from folding_server.workers.job import JobRefused, JobWorker, WorkerJob
 
 WAITING = 64
 """Jobs that wait at once, of all owners together: two workers with jobs of 2 seconds answer the last after a minute."""

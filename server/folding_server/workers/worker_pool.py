@@ -11,12 +11,12 @@ from anyio import from_thread, to_thread
 from cachetools import LRUCache
 
 from folding_server.workers.computing import WorkerThread
-from folding_server.workers.job import Answer, WorkerJob, JobOutcome, Waiter, JobWorker
+from folding_server.workers.job import Answer, JobOutcome, JobWorker, Waiter, WorkerJob
 from folding_server.workers.job_queue import JobQueue, QueuedJob, QueueLimits
 from folding_server.workers.worker_process import WorkerProcess
 
 MOST_BY_DEFAULT = 2
-"""JobWorker processes where nothing is said: each takes up to 400 MB."""
+"""Worker processes where nothing is said: each takes up to 400 MB."""
 PLACES_KEPT = 4
 """Places that a worker is taken to remember, as many as it keeps eyes for."""
 

@@ -15,10 +15,10 @@ from typing import IO, Any
 from folding_server.workers.job import (
     Announce,
     Answer,
-    WorkerJob,
-    JobStopped,
     JobOutcome,
+    JobStopped,
     WorkerEnded,
+    WorkerJob,
 )
 
 END_SECONDS = 5
