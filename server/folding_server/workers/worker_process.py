@@ -8,8 +8,8 @@ import pickle
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
-from threading import Lock
 from typing import IO, Any
 
 from folding_server.workers.job import (
@@ -36,7 +36,8 @@ class WorkerProcess:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._starting = Lock()
+        self._computing = False
+        self._changing = threading.Lock()
 
     @property
     def process_id(self) -> int | None:
@@ -50,7 +51,7 @@ class WorkerProcess:
         """Have a job computed. JobStopped if ``stopped`` says so before it has begun, WorkerEnded if the process ends."""
         process = self._running(stopped)
         try:
-            return _hear(process, job, announce)
+            outcome = _hear(process, job, announce)
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise self._ended(process, job) from error
         except BaseException:  # nobody hears the answer, and the next job must not
@@ -58,13 +59,22 @@ class WorkerProcess:
             process.kill()
             _bury(process)
             raise
+        with self._changing:
+            self._computing = False
+            killed = self._process is not process
+        if killed:
+            _bury(process)
+        return outcome
 
     def stop(self) -> None:
         """Kill the process. The thread that waits in ``compute`` is told by its end."""
-        with self._starting:
-            if self._process is not None:
-                self._process.kill()
-                self._process = None
+        with self._changing:
+            process, self._process = self._process, None
+            computing = self._computing
+        if process is not None:
+            process.kill()
+            if not computing:
+                threading.Thread(target=_bury, args=(process,)).start()
 
     def close(self) -> None:
         """Kill the process and wait until it is gone."""
@@ -75,7 +85,7 @@ class WorkerProcess:
 
     def _running(self, stopped: Callable[[], bool]) -> subprocess.Popen[bytes]:
         """The process, started if need be."""
-        with self._starting:
+        with self._changing:
             if stopped():
                 raise JobStopped
             if self._process is not None and self._process.poll() is not None:
@@ -85,11 +95,13 @@ class WorkerProcess:
                 self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
                     COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, creationflags=_FLAGS
                 )
+            self._computing = True
             return self._process
 
     def _forget(self, process: subprocess.Popen[bytes]) -> None:
         """Start another process for the next job."""
-        with self._starting:
+        with self._changing:
+            self._computing = False
             if self._process is process:
                 self._process = None
 
