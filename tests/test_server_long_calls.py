@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import anyio
-import httpx2
 import pytest
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.server import FoldingServer
@@ -18,10 +17,10 @@ from hosts import Host, http_process, images_of, in_memory
 from mcp import Client
 from mcp.client.streamable_http import streamable_http_client
 from photographed import photos
+from test_http_tokens import ALICE, bearing
 from test_worker_processes import gone_within, lives
 
 pytestmark = pytest.mark.anyio
-TOKEN = "a-token-of-sixteen"
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +108,7 @@ async def test_paper_is_folded_while_a_photo_is_being_explained(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
     told, folds = Told(), 0
+    worker.stop()  # so that it has to start and to find the sheet, which takes a second
     async with served(tmp_path, worker) as host, anyio.create_task_group() as group:
         other = (await host.call("open_run"))["run_id"]
         done = anyio.Event()
@@ -171,8 +171,15 @@ async def test_a_worker_that_is_killed_is_told_in_one_sentence(tmp_path: Path, w
     )
 
 
-def bearing(token: str) -> httpx2.AsyncClient:
-    return httpx2.AsyncClient(headers={"Authorization": f"Bearer {TOKEN}"}, timeout=60)
+def owned(folder: Path, *limits: str) -> list[str]:
+    """Options of a server with one owner, who has limits."""
+    (folder / "tokens").write_text(f"ada {ALICE}\n")
+    (folder / "tokens").chmod(0o600)
+    return [
+        "--token-file",
+        str(folder / "tokens"),
+        *(part for limit in limits for part in ("--limit", limit)),
+    ]
 
 
 def workers_of(server: int) -> list[int]:
@@ -187,12 +194,9 @@ def workers_of(server: int) -> list[int]:
 async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_counts(
     tmp_path: Path, mode: str
 ) -> None:
-    (tmp_path / "tokens").write_text(f"ada {TOKEN}\n")
-    (tmp_path / "tokens").chmod(0o600)
-    options = ("--token-file", str(tmp_path / "tokens"), "--limit", "vision-seconds=0.001")
-    told = Told()
+    options, told = owned(tmp_path, "vision-seconds=0.001"), Told()
     with http_process(tmp_path, *options, "--vision-workers", "1", "--sequences", str(photos())) as server:
-        async with bearing(TOKEN) as web, anyio.create_task_group() as group:
+        async with bearing(ALICE) as web, anyio.create_task_group() as group:
 
             async def propose() -> None:
                 async with Client(streamable_http_client(server.url, http_client=web), mode=mode) as client:
@@ -206,7 +210,7 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
             group.cancel_scope.cancel()
         assert await gone_within(2, process)
         async with (
-            bearing(TOKEN) as web,
+            bearing(ALICE) as web,
             Client(streamable_http_client(server.url, http_client=web)) as client,
         ):
             host = Host(client)

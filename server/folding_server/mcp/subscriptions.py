@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 LOG_LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
 """From the least important to the most."""
-_FIRST_MODERN = "2026-07-28"
+FIRST_MODERN = "2026-07-28"
 """The version of the protocol from which requests say for themselves what log messages they want."""
 
 MOST_WATCHED = 1000
@@ -91,7 +91,7 @@ class Subscriptions:
 
     def _wanted(self, request: _Request, level: LoggingLevel) -> bool:
         """Whether the host asked for messages of this level: with the request, or earlier for its connection."""
-        if request.protocol_version >= _FIRST_MODERN:
+        if request.protocol_version >= FIRST_MODERN:
             return level in allowed_log_levels(request.protocol_version, request.meta)
         least = self._levels.get(_connection(request))
         return least is not None and LOG_LEVELS.index(level) >= LOG_LEVELS.index(least)

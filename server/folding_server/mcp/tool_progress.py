@@ -3,6 +3,7 @@
 import anyio.from_thread
 
 from folding_server.mcp.context import ToolContext
+from folding_server.mcp.tasks import CURRENT_TASK
 
 
 class ToolProgress:
@@ -23,6 +24,8 @@ class ToolProgress:
 
     async def announced(self, doing: str) -> None:
         """Say the same in the event loop."""
+        if (task := CURRENT_TASK.get()) is not None:
+            task.say(doing)
         done = self._done
         self._done += 1
         await self._ctx.report_progress(done, self._total, doing)

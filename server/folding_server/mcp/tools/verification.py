@@ -77,7 +77,7 @@ def _check_grown_from(run: RunView, frame: int) -> None:
         )
 
 
-@tool("Compare with a frame", LOOKS, icons.CHECK_ICON, within="standard", pictures=True)
+@tool("Compare with a frame", LOOKS, icons.CHECK_ICON, within="standard", pictures=True, long=True)
 async def compare_to_frame(
     ctx: ToolContext,
     frame: Frame,
@@ -109,7 +109,7 @@ def _to_compare(
     return SequencePlace.of(photos), app.replays.after(run.sheet, actions)
 
 
-@tool("Check flat-foldability", LOOKS, icons.CHECK_ICON)
+@tool("Check flat-foldability", LOOKS, icons.CHECK_ICON, long=True)
 async def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
     """Check whether the crease pattern can be folded flat."""
     paper = await aside(_current_paper, app_context(ctx), run_id)

@@ -22,7 +22,7 @@ Count = Annotated[
 ]
 
 
-@tool("Propose actions", LOOKS, icons.CHECK_ICON)
+@tool("Propose actions", LOOKS, icons.CHECK_ICON, long=True)
 async def propose_actions(
     ctx: ToolContext, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:
