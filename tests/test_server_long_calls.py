@@ -17,7 +17,7 @@ from hosts import Host, http_process, images_of, in_memory
 from mcp import Client
 from mcp.client.streamable_http import streamable_http_client
 from photographed import photos
-from test_http_tokens import ALICE, bearing
+from test_http_tokens import ALICE, BOB, bearing, token_file
 from test_worker_processes import gone_within, lives
 
 pytestmark = pytest.mark.anyio
@@ -99,7 +99,7 @@ async def test_a_call_that_waits_says_so_and_one_too_many_is_refused(
         group.start_soon(propose, second)
         await second.begun.wait()
         refused = await host.refusal("check_foldability")
-    assert "check_foldability has to wait for 1 calls before it, and no more may wait" in refused
+    assert "check_foldability would have to wait, and 1 calls wait already" in refused
     assert [step[:2] for step in second.steps] == [(0, 3), (1, 3), (2, 3)]
     assert "waiting" in (second.steps[0][2] or "")
 
@@ -171,17 +171,6 @@ async def test_a_worker_that_is_killed_is_told_in_one_sentence(tmp_path: Path, w
     )
 
 
-def owned(folder: Path, *limits: str) -> list[str]:
-    """Options of a server with one owner, who has limits."""
-    (folder / "tokens").write_text(f"ada {ALICE}\n")
-    (folder / "tokens").chmod(0o600)
-    return [
-        "--token-file",
-        str(folder / "tokens"),
-        *(part for limit in limits for part in ("--limit", limit)),
-    ]
-
-
 def workers_of(server: int) -> list[int]:
     """The processes that a server has started."""
     threads = Path(f"/proc/{server}/task").iterdir()
@@ -194,7 +183,8 @@ def workers_of(server: int) -> list[int]:
 async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_counts(
     tmp_path: Path, mode: str
 ) -> None:
-    options, told = owned(tmp_path, "vision-seconds=0.001"), Told()
+    options = ("--token-file", str(token_file(tmp_path, f"ada {ALICE}\n")), "--limit", "vision-seconds=0.001")
+    told = Told()
     with http_process(tmp_path, *options, "--vision-workers", "1", "--sequences", str(photos())) as server:
         async with bearing(ALICE) as web, anyio.create_task_group() as group:
 
@@ -219,3 +209,30 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
             refused = await host.refusal("compare_to_frame", frame=1, run_id=run_id)
     assert time.monotonic() - begun < 5
     assert "seconds for ada today" in refused
+
+
+async def test_one_owner_waits_while_another_is_answered(tmp_path: Path) -> None:
+    options = ["--token-file", str(token_file(tmp_path, f"ada {ALICE}\nbob {BOB}\n"))]
+    options += ["--limit", "vision-at-once=1", "--limit", "vision-waiting=0", "--vision-workers", "2"]
+    refused, hers, his = list[str](), Told(), Told()
+    with http_process(tmp_path, *options, "--sequences", str(photos())) as server:
+        async with (
+            bearing(ALICE) as ada_web,
+            bearing(BOB) as bob_web,
+            Client(streamable_http_client(server.url, http_client=ada_web)) as ada,
+            Client(streamable_http_client(server.url, http_client=bob_web)) as bob,
+            anyio.create_task_group() as group,
+        ):
+
+            async def compare(client: Client, told: Told) -> None:
+                run_id = (await Host(client).call("open_run", sequence="sailboat"))["run_id"]
+                arguments = {"frame": 1, "run_id": run_id}
+                await client.call_tool("compare_to_frame", arguments, progress_callback=told)
+
+            group.start_soon(compare, ada, hers)
+            await hers.begun.wait()
+            run_id = (await Host(ada).call("open_run"))["run_id"]
+            refused.append(await Host(ada).refusal("check_foldability", run_id=run_id))
+            group.start_soon(compare, bob, his)
+    assert "0 calls of ada wait already, which is all that may" in refused[0]
+    assert [step[2] for step in his.steps] == ["finding the sheet in the photos", "comparing with frame 1"]

@@ -55,8 +55,7 @@ def test_callers_without_tokens_have_no_limit_of_their_own() -> None:
 def test_a_full_queue_refuses_in_words() -> None:
     queue = filled("ada", "bob", limits=QueueLimits(waiting=2))
     with pytest.raises(
-        JobRefused,
-        match=r"propose_actions has to wait for 2 calls before it, and no more may wait; call it again",
+        JobRefused, match=r"propose_actions would have to wait, and 2 calls wait already, .*; call it again"
     ):
         queue.add(job("eve"))
     assert len(queue) == 2
@@ -65,10 +64,19 @@ def test_a_full_queue_refuses_in_words() -> None:
 def test_one_owner_cannot_fill_the_queue() -> None:
     queue = filled("ada", "ada", limits=QueueLimits(owner_waiting=2))
     with pytest.raises(
-        JobRefused, match=r"2 calls of ada wait already, and this server lets 2 wait for an owner"
+        JobRefused, match=r"2 calls of ada wait already, which is all that may; call it again"
     ):
         queue.add(job("ada"))
     queue.add(job("bob"))
+
+
+def test_where_nothing_may_wait_an_idle_worker_still_gets_a_job() -> None:
+    queue = JobQueue(QueueLimits(waiting=0, owner_waiting=0, owner_at_once=1))
+    queue.add(job("ada"), idle=True)
+    assert taken(queue, 1) == ["ada"]
+    with pytest.raises(JobRefused):
+        queue.add(job("ada"), idle=True)
+    queue.add(job("bob"), idle=True)
 
 
 def test_a_job_that_is_removed_is_never_next() -> None:

@@ -52,21 +52,11 @@ class JobQueue:
         """How many jobs wait."""
         return sum(map(len, self._waiting.values()))
 
-    def add(self, queued: QueuedJob) -> None:
-        """Let a job wait. JobRefused if as many wait as may."""
-        job, waiting = queued.job, len(self)
-        own = len(self._waiting.get(job.owner, ()))
-        if waiting >= self._limits.waiting:
-            raise JobRefused(
-                f"{job.name} has to wait for {waiting} calls before it, and no more may wait; call it again in a minute, "
-                f"or go on without it"
-            )
-        most = self._limits.owner_waiting
-        if job.owner is not None and most is not None and own >= most:
-            raise JobRefused(
-                f"{own} calls of {job.owner} wait already, and this server lets {most} wait for an owner; "
-                f"call {job.name} again when one of them is answered"
-            )
+    def add(self, queued: QueuedJob, *, idle: bool = False) -> None:
+        """Let a job wait, if only until it is given to a worker that is ``idle``. JobRefused if as many wait as may."""
+        job = queued.job
+        if not (idle and self._may_begin(job.owner)):
+            self._check_may_wait(job)
         self._waiting.setdefault(job.owner, deque()).append(queued)
 
     def remove(self, queued: QueuedJob) -> None:
@@ -97,10 +87,26 @@ class JobQueue:
 
     def _may_compute(self) -> Iterator[str | None]:
         """The owners with jobs that wait and need not, the one passed over longest first."""
+        yield from filter(self._may_begin, self._waiting)
+
+    def _may_begin(self, owner: str | None) -> bool:
+        """Whether another job of an owner may be computed."""
         most = self._limits.owner_at_once
-        for owner in self._waiting:
-            if owner is None or most is None or self._computed[owner] < most:
-                yield owner
+        return owner is None or most is None or self._computed[owner] < most
+
+    def _check_may_wait(self, job: WorkerJob[Any]) -> None:
+        waiting, most = len(self), self._limits.owner_waiting
+        if waiting >= self._limits.waiting:
+            raise JobRefused(
+                f"{job.name} would have to wait, and {waiting} calls wait already, which is all that may; call it again in "
+                "a minute, or go on without it"
+            )
+        own = len(self._waiting.get(job.owner, ()))
+        if job.owner is not None and most is not None and own >= most:
+            raise JobRefused(
+                f"{job.name} would have to wait, and {own} calls of {job.owner} wait already, which is all that may; call it "
+                "again when one of them is answered"
+            )
 
     def _drop_empty(self, owner: str | None) -> None:
         if not self._waiting[owner]:

@@ -58,7 +58,7 @@ class WorkerPool:
         WorkerEnded if the worker's process ends.
         """
         queued = QueuedJob(job)
-        self._queue.add(queued)
+        self._queue.add(queued, idle=bool(self._idle))
         self._hand_out()
         try:
             if queued.worker is None:

@@ -37,10 +37,12 @@ async def compute_long(
 ) -> Answer:
     """The answer of long work, which announces this many ``steps``, for the caller of a tool.
 
-    If the call is cancelled, the work is. RunError if the owner's time is used up, JobRefused if too many wait.
+    If the call is cancelled, the work is. Work with a ``place`` looks at the photos there: its time counts for the owner.
+    RunError if the owner's time is used up, JobRefused if too many wait.
     """
     app, owner = app_context(ctx), caller()
-    limited = owner if app.settings.limits.vision_seconds is not None else None
+    counted = place is not None and app.settings.limits.vision_seconds is not None
+    limited = owner if counted else None
     if limited is not None:
         await aside(app.store.check_vision, limited)
     progress, job = ToolProgress(ctx, steps), WorkerJob(tool, work, given, owner, place)

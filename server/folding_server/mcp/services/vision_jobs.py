@@ -1,5 +1,6 @@
-"""What the vision tools compute, as functions of plain data: a worker process has no database and no run."""
+"""What tools compute that take long, as functions of plain data: a worker process has no database and no run."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,9 +13,13 @@ from folding_server.mcp.services import presenters
 from folding_server.mcp.services.observer_cache import ObserverCache
 
 if TYPE_CHECKING:
+    from folding_schemas.actions import Program
+    from folding_schemas.model_view import ModelView
+
     from folding_server.frames.image_files import EncodedImage
     from folding_server.frames.photo_cache import PhotoCache
     from folding_server.frames.sequences import Sequence
+    from folding_server.mcp.services.replay_cache import ReplayCache
     from folding_server.simulator import Paper
     from folding_server.workers.job import Announce
 
@@ -83,6 +88,57 @@ def compare_paper(
     return found, overlay
 
 
+@dataclass(frozen=True)
+class SheetColors:
+    """The colours of the sides of a sheet; None where they are not told."""
+
+    front_color: str | None
+    back_color: str | None
+
+
+@dataclass(frozen=True)
+class OverviewColumn:
+    """One column of the overview of checkpoints: a frame, its saved paper if there is one, and what stands above."""
+
+    frame: int
+    paper: "Paper | None"
+    caption: str
+
+
+def draw_overview(
+    announce: "Announce",
+    place: SequencePlace,
+    sheet: SheetColors,
+    columns: list[OverviewColumn],
+) -> "EncodedImage":
+    """Photos above, saved states below."""
+    from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview  # noqa: PLC0415  (loads shapely)
+
+    photos = place.load()
+    pixels, diagrams = [], []
+    for column in columns:
+        announce(f"frame {column.frame}")
+        pixels.append(photos.source.read(photos.index(column.frame), SMALL_SIZE))
+        diagrams.append(diagram(sheet, column.paper, size=SMALL_SIZE) if column.paper else None)
+    return overview(pixels, diagrams, [column.caption for column in columns])
+
+
+def view_program(
+    announce: "Announce", program: "Program", run_id: str | None, place: SequencePlace | None
+) -> "ModelView":
+    """All that the view of a model shows of a program, with the photos of its sequence if there is one."""
+    from folding_server.view.photo_strip import photos_of  # noqa: PLC0415  (loads Pillow)
+    from folding_server.view.stops import model_view, program_window  # noqa: PLC0415
+
+    announce("drawing the steps")
+    shown: dict[int, str] = {}
+    if place is not None:
+        with suppress(PhotoError):  # the model is shown without photos where they cannot be read
+            frames = range(1, len(program.steps) + 2)
+            shown = photos_of(place.load(), frames, program_window(program, _replays()))
+    return model_view(program, _replays(), shown, run_id)
+
+
 def check_folding_flat(announce: "Announce", paper: "Paper") -> Foldability:
     """Whether the crease pattern of a paper folds flat."""
     from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads shapely)
@@ -95,6 +151,14 @@ def check_folding_flat(announce: "Announce", paper: "Paper") -> Foldability:
 def observers() -> ObserverCache:
     """The eyes that this process keeps."""
     return ObserverCache()
+
+
+@cache
+def _replays() -> "ReplayCache":
+    """The papers that this process keeps."""
+    from folding_server.mcp.services.replay_cache import ReplayCache  # noqa: PLC0415
+
+    return ReplayCache()
 
 
 @cache
