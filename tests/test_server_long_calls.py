@@ -99,7 +99,7 @@ async def test_a_call_that_waits_says_so_and_one_too_many_is_refused(
         group.start_soon(propose, second)
         await second.begun.wait()
         refused = await host.refusal("check_foldability")
-    assert "check_foldability would have to wait, and 1 calls wait already" in refused
+    assert "check_foldability would have to wait, and the queue is full (1 waiting)" in refused.lower()
     assert [step[:2] for step in second.steps] == [(0, 3), (1, 3), (2, 3)]
     assert "waiting" in (second.steps[0][2] or "")
 
@@ -183,7 +183,12 @@ def workers_of(server: int) -> list[int]:
 async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_counts(
     tmp_path: Path, mode: str
 ) -> None:
-    options = ("--token-file", str(token_file(tmp_path, f"ada {ALICE}\n")), "--limit", "vision-seconds=0.001")
+    options = (
+        "--token-file",
+        str(token_file(tmp_path, f"alice {ALICE}\n")),
+        "--limit",
+        "vision-seconds=0.001",
+    )
     told = Told()
     with http_process(tmp_path, *options, "--vision-workers", "1", "--sequences", str(photos())) as server:
         async with bearing(ALICE) as web, anyio.create_task_group() as group:
@@ -208,11 +213,11 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
             begun = time.monotonic()
             refused = await host.refusal("compare_to_frame", frame=1, run_id=run_id)
     assert time.monotonic() - begun < 5
-    assert "seconds for ada today" in refused
+    assert "seconds for alice today" in refused
 
 
 async def test_one_owner_waits_while_another_is_answered(tmp_path: Path) -> None:
-    options = ["--token-file", str(token_file(tmp_path, f"ada {ALICE}\nbob {BOB}\n"))]
+    options = ["--token-file", str(token_file(tmp_path, f"alice {ALICE}\nbob {BOB}\n"))]
     options += ["--limit", "vision-at-once=1", "--limit", "vision-waiting=0", "--vision-workers", "2"]
     refused, hers, his = list[str](), Told(), Told()
     with http_process(tmp_path, *options, "--sequences", str(photos())) as server:
@@ -234,5 +239,5 @@ async def test_one_owner_waits_while_another_is_answered(tmp_path: Path) -> None
             run_id = (await Host(ada).call("open_run"))["run_id"]
             refused.append(await Host(ada).refusal("check_foldability", run_id=run_id))
             group.start_soon(compare, bob, his)
-    assert "0 calls of ada wait already, which is all that may" in refused[0]
+    assert "the queue is full for alice (0 waiting)" in refused[0]
     assert [step[2] for step in his.steps] == ["finding the sheet in the photos", "comparing with frame 1"]

@@ -28,7 +28,7 @@ PROMPT_SECONDS = 2.0
 """Seconds within which a call is answered as any other: a handle and the question after it cost more than waiting."""
 TTL_SECONDS = 600
 """Seconds for which a task is kept, from the call on: as long as our own client waits for an answer."""
-POLL_SECONDS = 1.0
+TASK_POLL_SECONDS = 1.0
 """Seconds after which a client may ask again: a photo is explained in 1 to 10."""
 MOST_TASKS = 256
 """Tasks kept at once; each holds at most an answer of 800 kB."""
@@ -83,7 +83,7 @@ class CallTask:
             "createdAt": self.created.isoformat(),
             "lastUpdatedAt": self.updated.isoformat(),
             "ttlMs": TTL_SECONDS * 1000,
-            "pollIntervalMs": round(POLL_SECONDS * 1000),
+            "pollIntervalMs": round(TASK_POLL_SECONDS * 1000),
         }
         if self.message:
             told["statusMessage"] = self.message

@@ -33,7 +33,7 @@ class ToolProgress:
     async def queued(self, before: int) -> None:
         """Say that the work waits, which is one step more."""
         self._total += 1
-        await self.announced(f"waiting until {before or 'no'} other calls before it are answered")
+        await self.announced(f"waiting, {before} before this call")
 
     def took(self, seconds: float) -> None:
         """Keep the time."""

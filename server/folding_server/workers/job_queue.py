@@ -98,14 +98,14 @@ class JobQueue:
         waiting, most = len(self), self._limits.owner_waiting
         if waiting >= self._limits.waiting:
             raise JobRefused(
-                f"{job.name} would have to wait, and {waiting} calls wait already, which is all that may; call it again in "
-                "a minute, or go on without it"
+                f"{job.name} would have to wait, and the queue is full ({waiting} waiting); call it again in a minute, or go on "
+                "without it"
             )
         own = len(self._waiting.get(job.owner, ()))
         if job.owner is not None and most is not None and own >= most:
             raise JobRefused(
-                f"{job.name} would have to wait, and {own} calls of {job.owner} wait already, which is all that may; call it "
-                "again when one of them is answered"
+                f"{job.name} would have to wait, and the queue is full for {job.owner} ({own} waiting); call it again when another "
+                "call is answered"
             )
 
     def _drop_empty(self, owner: str | None) -> None:
