@@ -25,7 +25,7 @@ pytestmark = pytest.mark.anyio
 
 @pytest.fixture(scope="module")
 def worker() -> Iterator[WorkerProcess]:
-    """A worker process that servers share."""
+    """A worker process that servers share. Stopped, it has to start again and to find the sheet, which takes a second."""
     process = WorkerProcess()
     yield process
     process.close()
@@ -88,6 +88,7 @@ async def test_a_call_that_waits_says_so_and_one_too_many_is_refused(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
     first, second = Told(), Told()
+    worker.stop()
     async with served(tmp_path, worker, QueueLimits(waiting=1)) as host, anyio.create_task_group() as group:
 
         async def propose(told: Told) -> None:
@@ -108,7 +109,7 @@ async def test_paper_is_folded_while_a_photo_is_being_explained(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
     told, folds = Told(), 0
-    worker.stop()  # so that it has to start and to find the sheet, which takes a second
+    worker.stop()
     async with served(tmp_path, worker) as host, anyio.create_task_group() as group:
         other = (await host.call("open_run"))["run_id"]
         done = anyio.Event()

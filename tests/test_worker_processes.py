@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import types
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -231,6 +232,17 @@ def worker_of_a_killed_server() -> int:
         assert lives(process)
         server.kill()
     return process
+
+
+async def test_work_that_a_process_does_not_know_is_told_and_the_next_is_computed(
+    processes: WorkerPool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = types.ModuleType("elsewhere")
+    exec("def work(announce): pass", elsewhere.__dict__)  # noqa: S102 - makes a function of a module that has no file
+    monkeypatch.setitem(sys.modules, "elsewhere", elsewhere)
+    with pytest.raises(WorkerEnded, match=r"exit code 1"):
+        await processes.compute(job(elsewhere.work), Listener())
+    assert await processes.compute(job(long_work.add, 1, 2), Listener()) == 3
 
 
 async def test_closing_ends_every_process() -> None:

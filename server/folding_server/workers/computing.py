@@ -87,6 +87,9 @@ def _read(jobs: IO[bytes], waiting: "queue.SimpleQueue[Any]") -> None:
             waiting.put(pickle.load(jobs))  # noqa: S301 - from the server itself, by a pipe that nobody else has
         except (EOFError, OSError, pickle.UnpicklingError):
             os._exit(0)
+        except Exception:  # noqa: BLE001 - a job that is not understood, such as of a module that is missing here
+            traceback.print_exc()
+            os._exit(1)
 
 
 def _pickled(message: object) -> bytes:

@@ -36,7 +36,7 @@ class WorkerProcess:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._computing = False
+        self._computing: subprocess.Popen[bytes] | None = None
         self._changing = threading.Lock()
 
     @property
@@ -60,7 +60,8 @@ class WorkerProcess:
             _bury(process)
             raise
         with self._changing:
-            self._computing = False
+            if self._computing is process:
+                self._computing = None
             killed = self._process is not process
         if killed:
             _bury(process)
@@ -70,7 +71,7 @@ class WorkerProcess:
         """Kill the process. The thread that waits in ``compute`` is told by its end."""
         with self._changing:
             process, self._process = self._process, None
-            computing = self._computing
+            computing = self._computing is process
         if process is not None:
             process.kill()
             if not computing:
@@ -95,13 +96,14 @@ class WorkerProcess:
                 self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
                     COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, creationflags=_FLAGS
                 )
-            self._computing = True
+            self._computing = self._process
             return self._process
 
     def _forget(self, process: subprocess.Popen[bytes]) -> None:
         """Start another process for the next job."""
         with self._changing:
-            self._computing = False
+            if self._computing is process:
+                self._computing = None
             if self._process is process:
                 self._process = None
 
