@@ -5,7 +5,8 @@ while a third folds and takes back ``--folds`` times in another run, with a paus
 figures with ``--vision-workers 2``, ``threads`` those with ``--vision-workers 0``, where the server sees in its own process, and
 ``nothing_else`` those of folds alone. Times are as the third host sees them, in milliseconds; ``first_proposal_ms`` is the
 first call for a photo after the server has started, ``proposals`` how many were answered meanwhile, and ``megabytes`` the
-memory of the server and of all its processes at the end (Linux). The hosts share the machine with the server, so that a figure
+memory of the server and of all its processes at the end (Linux). The first fold, for which the server loads what it needs, is
+not counted. A fold waits for the disk that its run is stored on: with ``TMPDIR=/dev/shm`` that is left out. The hosts share the machine with the server, so that a figure
 means something only beside the number of cores and what else the machine did.
 """
 
@@ -90,8 +91,9 @@ async def measure(process: int, url: str, folds: int, asking: tuple[str, ...]) -
         async with host(url) as client:
             run_id = await called(client, "open_run")
             await ready.wait()
-            for _ in range(folds):
-                measured.folds.append(await timed(client, "fold", run_id=run_id, edge=[1, 3], direction=1))
+            for number in range(folds + 1):
+                took = await timed(client, "fold", run_id=run_id, edge=[1, 3], direction=1)
+                measured.folds += [took] if number else []
                 await called(client, "undo", run_id=run_id)
                 await asyncio.sleep(PAUSE_SECONDS)
         measured.megabytes = sum(map(megabytes, (process, *children(process))))
