@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +215,27 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
             refused = await host.refusal("compare_to_frame", frame=1, run_id=run_id)
     assert time.monotonic() - begun < 5
     assert "seconds for alice today" in refused
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes as Linux tells them")
+async def test_a_server_that_is_told_to_end_takes_a_busy_worker_along(tmp_path: Path) -> None:
+    told = Told()
+    with http_process(tmp_path, "--vision-workers", "1", "--sequences", str(photos())) as server:
+        async with anyio.create_task_group() as group:
+
+            async def compare() -> None:
+                with suppress(BaseExceptionGroup):  # the server goes in the middle of the call
+                    async with Client(server.url) as client:
+                        run_id = (await Host(client).call("open_run", sequence="sailboat"))["run_id"]
+                        arguments = {"frame": 1, "run_id": run_id}
+                        await client.call_tool("compare_to_frame", arguments, progress_callback=told)
+
+            group.start_soon(compare)
+            await told.begun.wait()
+            (process,) = workers_of(server.process.pid)
+            server.process.terminate()
+            assert await gone_within(6, process)
+    assert server.process.returncode is not None
 
 
 async def test_one_owner_waits_while_another_is_answered(tmp_path: Path) -> None:
