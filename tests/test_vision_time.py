@@ -6,12 +6,16 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
+import anyio
 import pytest
 from callers import calling_as
 from folding_server.errors import RunError
 from folding_server.mcp.context import AppContext, ServerSettings
+from folding_server.mcp.server import FoldingServer
 from folding_server.store.database import DATABASE_NAME
 from folding_server.store.limits import NO_LIMITS, OwnerLimits
+from hosts import Host, data_of, text_of
+from mcp import Client
 from photographed import photos
 
 
@@ -26,9 +30,18 @@ def database(tmp_path: Path) -> Iterator[sqlite3.Connection]:
 
 def observe(folder: Path, limits: OwnerLimits) -> str:
     """See the sailboat as Ada; what came of it."""
+
+    async def compared(app: AppContext) -> str:
+        async with Client(FoldingServer(app)) as client:
+            await Host(client).call("open_run", sequence="sailboat")
+            answer = await Host(client).answer("compare_to_frame", frame=1, images="none")
+            if answer.is_error:
+                raise RunError(text_of(answer))
+            return "Eyes" if data_of(answer)["verdict"] else ""
+
     settings = ServerSettings(folder, sequences=(photos(),), limits=limits)
-    with AppContext(settings) as app, calling_as("ada"), app.observing(app.library.open("sailboat")) as eyes:
-        return str(type(eyes).__name__)
+    with AppContext(settings) as app, calling_as("ada"):
+        return anyio.run(compared, app)
 
 
 @pytest.mark.parametrize(("limits", "rows"), [(NO_LIMITS, 0), (OwnerLimits(vision_seconds=60), 1)])
@@ -48,7 +61,7 @@ def test_an_answer_is_not_lost_where_its_time_cannot_be_counted(
 ) -> None:
     monkeypatch.setattr("folding_server.store.database.BUSY_SECONDS", 0.2)
     database.execute("BEGIN IMMEDIATE")
-    with caplog.at_level(logging.WARNING, "folding_server.mcp.context"):
+    with caplog.at_level(logging.WARNING, "folding_server.mcp.services.long_calls"):
         assert observe(tmp_path, OwnerLimits(vision_seconds=60)) == "Eyes"
     assert "The vision time of ada was not counted" in caplog.text
 

@@ -18,12 +18,8 @@ class ToolProgress:
         self._done = 0
         self.seconds: float | None = None
 
-    def step(self, message: str) -> None:
-        """Say, from a tool that runs in a thread, what is being done now; the steps before it are done."""
-        anyio.from_thread.run(self.announced, message)
-
     async def announced(self, doing: str) -> None:
-        """Say the same in the event loop."""
+        """Say, in the event loop, what is being done now; the steps before it are done."""
         if (task := CURRENT_TASK.get()) is not None:
             task.say(doing)
         done = self._done

@@ -91,4 +91,4 @@ def _count(app: AppContext, owner: str, seconds: float) -> None:
     try:
         app.store.add_vision(owner, seconds)
     except FoldingError as error:
-        _logger.warning("%.1f seconds of %s were not counted: %s", seconds, owner, error)
+        _logger.warning("The vision time of %s was not counted: %s", owner, error)
