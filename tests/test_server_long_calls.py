@@ -135,6 +135,7 @@ async def test_a_cancelled_call_stops_its_worker_within_a_second(
     tmp_path: Path, worker: WorkerProcess, mode: str
 ) -> None:
     told = Told()
+    worker.stop()
     async with served(tmp_path, worker, mode=mode) as host:
         async with anyio.create_task_group() as group:
 
@@ -153,6 +154,7 @@ async def test_a_cancelled_call_stops_its_worker_within_a_second(
 
 async def test_a_worker_that_is_killed_is_told_in_one_sentence(tmp_path: Path, worker: WorkerProcess) -> None:
     told = Told()
+    worker.stop()
     async with served(tmp_path, worker) as host:
         refused: list[str] = []
 

@@ -2,7 +2,7 @@
 
 import logging
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from folding_server.store.database import DATABASE_NAME
 from folding_server.store.limits import NO_LIMITS, OwnerLimits
 from hosts import Host, data_of, text_of
 from mcp import Client
+from mcp.types import CallToolResult
 from photographed import photos
 
 
@@ -28,27 +29,28 @@ def database(tmp_path: Path) -> Iterator[sqlite3.Connection]:
         yield opened
 
 
-def observe(folder: Path, limits: OwnerLimits) -> str:
-    """See the sailboat as Ada; what came of it."""
+def observe(folder: Path, limits: OwnerLimits, meanwhile: Callable[[], object] = lambda: None) -> str:
+    """Compare the sailboat with its first photo as Ada, whose run is opened before ``meanwhile``; what came of it."""
 
-    async def compared(app: AppContext) -> str:
+    async def compared(app: AppContext) -> CallToolResult:
         async with Client(FoldingServer(app)) as client:
             await Host(client).call("open_run", sequence="sailboat")
-            answer = await Host(client).answer("compare_to_frame", frame=1, images="none")
-            if answer.is_error:
-                raise RunError(text_of(answer))
-            return "Eyes" if data_of(answer)["verdict"] else ""
+            meanwhile()
+            return await Host(client).answer("compare_to_frame", frame=1, images="none")
 
     settings = ServerSettings(folder, sequences=(photos(),), limits=limits)
     with AppContext(settings) as app, calling_as("ada"):
-        return anyio.run(compared, app)
+        answer = anyio.run(compared, app)
+    if answer.is_error:
+        raise RunError(text_of(answer))
+    return str(data_of(answer)["verdict"])
 
 
 @pytest.mark.parametrize(("limits", "rows"), [(NO_LIMITS, 0), (OwnerLimits(vision_seconds=60), 1)])
 def test_time_is_counted_only_where_it_is_limited(
     tmp_path: Path, database: sqlite3.Connection, limits: OwnerLimits, rows: int
 ) -> None:
-    assert observe(tmp_path, limits) == "Eyes"
+    assert observe(tmp_path, limits) == "MATCH"
     counted = database.execute("SELECT owner, seconds > 0 FROM folding_vision").fetchall()
     assert counted == [("ada", 1)] * rows
 
@@ -60,9 +62,9 @@ def test_an_answer_is_not_lost_where_its_time_cannot_be_counted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("folding_server.store.database.BUSY_SECONDS", 0.2)
-    database.execute("BEGIN IMMEDIATE")
     with caplog.at_level(logging.WARNING, "folding_server.mcp.services.long_calls"):
-        assert observe(tmp_path, OwnerLimits(vision_seconds=60)) == "Eyes"
+        limits = OwnerLimits(vision_seconds=60)
+        assert observe(tmp_path, limits, lambda: database.execute("BEGIN IMMEDIATE")) == "MATCH"
     assert "The vision time of ada was not counted" in caplog.text
 
 
