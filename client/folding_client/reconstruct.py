@@ -104,7 +104,7 @@ def _resumed_job(path: Path, folder: RunFolder, sequence: Path | None, settings:
 def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Settings:
     """The recorded settings with what is given now; models and variant cannot change."""
     try:
-        before = Settings.model_validate(recorded["defaulted"] | recorded["given"])
+        Settings.model_validate(recorded["given"])
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -115,9 +115,10 @@ def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Setting
         raise UsageError(message) from error
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
     for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
-        if name in given and given[name] != getattr(before, name):
+        before = recorded["given"].get(name, recorded["defaulted"].get(name))
+        if name in given and given[name] != before:
             message = (
-                f"{path} was made with {name} {getattr(before, name)}, not {given[name]}; "
+                f"{path} was made with {name} {before}, not {given[name]}; "
                 f"resume it without that option, or start a new run."
             )
             raise UsageError(message)
