@@ -8,6 +8,7 @@ Interrupt
 ├── StepOver             a frame was saved: the next step starts from a fresh context
 ├── AttemptsUsedUp       the frame's budget is spent: the selector picks among the attempts
 ├── StepFailed           the step goes back to its checkpoint and starts again; counted
+│   ├── ContextExceeded  the conversation is longer than the model takes; twice in a row, the run stops
 │   ├── ReplyCutOff      the reply ran into its token limit
 │   ├── ReplyEmpty       the reply holds neither text nor a tool call
 │   └── ReplyUnreadable  the reply cannot be parsed
@@ -64,6 +65,10 @@ class AttemptsUsedUp(Interrupt):
 
 class StepFailed(Interrupt):
     """The step cannot go on from here."""
+
+
+class ContextExceeded(StepFailed):
+    """The conversation is longer than the model takes, without its older pictures too."""
 
 
 class ReplyCutOff(StepFailed):
