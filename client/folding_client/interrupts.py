@@ -80,11 +80,14 @@ class ReplyEmpty(StepFailed):
 
 
 class ReplyUnreadable(StepFailed):
-    """The provider or the client could not parse the reply; ``usage`` is what it cost all the same."""
+    """The provider or the client could not parse the reply; ``usage`` is what it cost all the same, ``text`` what it
+    says, if anything.
+    """
 
-    def __init__(self, reason: str, usage: Usage = NO_USAGE) -> None:
+    def __init__(self, reason: str, usage: Usage = NO_USAGE, text: str = "") -> None:
         super().__init__(reason)
         self.usage = usage
+        self.text = text
 
 
 class RunStopped(Interrupt):

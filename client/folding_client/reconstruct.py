@@ -16,7 +16,7 @@ from folding_schemas.results import CheckpointRestored, RunInfo
 from pydantic import ValidationError
 
 from folding_client.assembly import RoleModels, make_role_models, make_worker
-from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.interrupts import RunStopped, StepFailed, ToolRefused, UsageError
 from folding_client.outputs import write_outputs
 from folding_client.progress import Progress
 from folding_client.protocol.connection import ServerAddress
@@ -164,7 +164,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         role_models = make_role_models(job.settings, recorder)
         async with _server(job, recorder) as server:
             return await _worked(job, role_models, server, recorder, progress)
-    except (RunStopped, ToolRefused) as stop:
+    except (RunStopped, StepFailed, ToolRefused) as stop:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
         _ended(recorder, "interrupted", "interrupted; resume to go on")
@@ -182,7 +182,7 @@ async def _worked(
     )
     try:
         info = await worker.run()
-    except (RunStopped, ToolRefused) as stop:
+    except (RunStopped, StepFailed, ToolRefused) as stop:
         recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
         if worker.simulates:
             await _save_what_is_there(server, recorder)

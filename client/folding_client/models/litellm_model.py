@@ -7,7 +7,7 @@ from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
-from folding_client.interrupts import ProviderRefused, UsageError
+from folding_client.interrupts import ContextExceeded, Interrupt, ProviderRefused, UsageError
 from folding_client.messages import JsonObject, Message, Reply, ToolSpec
 from folding_client.models.chat_format import chat_messages, chat_tools, dialect_of
 from folding_client.models.model_entry import ModelEntry, facts_of
@@ -20,6 +20,10 @@ from folding_client.settings import Settings
 
 _JSON_MODE = {"response_format": {"type": "json_object"}}
 _FILTERED = "content_filter"
+_SENT_NO_PICTURES = frozenset({"deepseek"})
+"""Providers to which litellm sends a conversation without its pictures, and says nothing."""
+_OURS = frozenset({"api_base", "num_retries", "max_retries", "drop_params"})
+"""The options of a query that decide nothing about the answer."""
 
 
 @cache
@@ -40,7 +44,7 @@ def litellm() -> ModuleType:
 class LitellmModel:
     """A provider's model. ``note`` is told of each wait before a query is sent again.
 
-    UsageError if litellm knows no such provider, ProviderRefused if its table says that the model takes no pictures.
+    UsageError if litellm knows no such provider, or the model takes no pictures.
     """
 
     def __init__(self, name: str, settings: Settings, note: Callable[[str, float], None]) -> None:
@@ -51,8 +55,8 @@ class LitellmModel:
         self._entry = _entry(self._id)
         self._dialect = dialect_of(self._entry)
         self._form = RequestForm()
-        if self._entry.facts.get("supports_vision") is False:
-            raise no_pictures(self._id, "says litellm's table of models")
+        if self._entry.facts.get("supports_vision") is False or self._entry.provider in _SENT_NO_PICTURES:
+            raise UsageError(str(no_pictures(self._id, "litellm's table of models says so")))
 
     @property
     def sent(self) -> JsonObject:
@@ -76,7 +80,7 @@ class LitellmModel:
         while True:
             request = self._request(form, messages, tools, json_mode)
             if refused is not None and request == refused[0]:
-                raise refused[1].stop
+                raise _stop(refused[1], messages)
             try:
                 response = await with_retries(
                     self._settings.retry_policy, partial(self._ask, request), self._note
@@ -84,7 +88,7 @@ class LitellmModel:
             except RequestUnfit as unfit:
                 again = form.changed(unfit.change)
                 if again == form:
-                    raise unfit.stop from unfit
+                    raise _stop(unfit, messages) from unfit
                 self._note(str(unfit), 0.0)
                 form, refused = again, None if again.filtered else (request, unfit)
             else:
@@ -142,6 +146,17 @@ class LitellmModel:
         if named:
             message = f"The provider of {self._id} needs a key: set {' or '.join(named)} in the environment, then resume."
             raise ProviderRefused(message) from error
+
+
+def _stop(unfit: RequestUnfit, messages: Sequence[Message]) -> Interrupt:
+    """What ends a query that was refused in every form. A conversation that is too long before its first reply is no
+    shorter if the step begins anew.
+    """
+    if isinstance(unfit.stop, ContextExceeded) and all(message.role != "assistant" for message in messages):
+        reason = str(unfit.stop)
+        message = f"{reason[:1].upper()}{reason[1:]} as it begins. Start a run with a model of more context, or --tools paper."
+        return ProviderRefused(message)
+    return unfit.stop
 
 
 def _entry(model: str) -> ModelEntry:

@@ -133,16 +133,16 @@ def _longer_than_taken(said: ProviderError) -> Exception | None:
     if said.status not in _UNFIT and said.status != _LIMITED:
         return None
     if most := error_words.longest_reply_named(said.words):
-        stop = ProviderRefused(f"{said.reason}. Give fewer --max-tokens, then resume.")
-        return RequestUnfit(f"a reply of {said.model} has {most} tokens at most", stop, max_tokens=most)
+        fewer = ProviderRefused(f"{said.reason}. Give fewer --max-tokens, then resume.")
+        return RequestUnfit(f"a reply of {said.model} has {most} tokens at most", fewer, max_tokens=most)
     if said.status != _TOO_LARGE and not error_words.says_too_long(said.words):
         return None
-    stop = ContextExceeded(f"the conversation is longer than {said.model} takes ({said.reason})")
     change: dict[str, Any] = {"older_pictures": False}
     if context := error_words.context_named(said.words):
         change["context"] = context
+    reason = f"the conversation is longer than {said.model} takes"
     return RequestUnfit(
-        f"the conversation is longer than {said.model} takes: older pictures are left out", stop, **change
+        f"{reason}: older pictures are left out", ContextExceeded(f"{reason} ({said.reason})"), **change
     )
 
 

@@ -95,5 +95,5 @@ def _call(entry: Any) -> tuple[str, str] | None:  # noqa: ANN401
     name = next((inner[key] for key in _NAME_KEYS if isinstance(inner.get(key), str)), None)
     if name is None:
         return None
-    arguments = next((inner[key] for key in _ARGUMENT_KEYS if key in inner), {})
+    arguments: object = next((inner[key] for key in _ARGUMENT_KEYS if key in inner), {})
     return name, arguments if isinstance(arguments, str) else json.dumps(arguments)
