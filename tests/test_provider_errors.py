@@ -15,6 +15,7 @@ from client_runs import HASTY, act, events, program, resume, run, save
 from folding_client.interrupts import ContextExceeded, ProviderDown, ProviderRefused, UsageError
 from folding_client.messages import Message, Reply, ToolResult, answered, system, tool_answer, user
 from folding_client.models.litellm_model import LitellmModel
+from folding_client.models.provider_errors import meaning
 from folding_client.models.retry_after import seconds_asked
 from folding_client.settings import Settings
 from providers.anthropic import Anthropic
@@ -23,9 +24,9 @@ from providers.bedrock import Bedrock
 from providers.gemini import Gemini
 from providers.openai import OpenAI
 from test_agent_providers import VIEW, keys, photo, pictures_in
-from test_provider_families import more_keys
+from test_provider_families import google_account, more_keys
 
-__all__ = ["keys", "more_keys"]
+__all__ = ["google_account", "keys", "more_keys"]
 TURN = {"action": "rotate", "angle": 45.0}
 KINDS: list[tuple[type[Provider], str]] = [
     (OpenAI, "openai/gpt-4o"),
@@ -375,6 +376,16 @@ def test_what_is_wrong_with_a_request_all_the_same_is_told_and_not_sent_again() 
         asked = Asked(provider, "openai/gpt-4o")
     assert isinstance(asked.raised, ProviderRefused)
     assert "The seed is a fruit" in str(asked.raised)
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["No module named 'boto3'", "Google Cloud SDK not found. Install it with: pip install 'litellm[google]'"],
+)
+def test_a_package_that_litellm_lacks_is_named_at_once(words: str) -> None:
+    said = meaning("vertex_ai/gemini-3.1-pro-preview", ImportError(words))
+    assert isinstance(said, ProviderRefused)
+    assert "Install it, then resume" in str(said)
 
 
 @pytest.mark.parametrize("status", [500, 502, 503, 504, 529, 408, 409, 425])

@@ -2,9 +2,16 @@
 
 import asyncio
 import itertools
+import json
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import pytest
+from cryptography.hazmat.primitives.asymmetric import rsa
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from folding_client.models.litellm_model import LitellmModel
 from folding_client.settings import Settings
 from providers.anthropic import Anthropic
@@ -31,12 +38,55 @@ ROUTES: list[tuple[type[Provider], str]] = [
     (Responses, "openai/gpt-5.4"),
     (Responses, "openai/gpt-5-pro"),
     (Responses, "azure/gpt-5.4"),
+    (Anthropic, "vertex_ai/claude-opus-4-7"),
+    (Gemini, "vertex_ai/gemini-3.1-pro-preview"),
 ]
 
 
+class Tokens(BaseHTTPRequestHandler):
+    """Google's server for tokens, which takes any assertion."""
+
+    def do_POST(self) -> None:
+        self.rfile.read(int(self.headers["content-length"]))
+        data = json.dumps({"access_token": "planted", "expires_in": 3600, "token_type": "Bearer"}).encode()
+        self.send_response(200)
+        self.send_header("content-type", "application/json")
+        self.send_header("content-length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_message(self, *_: object) -> None:
+        """Nothing."""
+
+
+@pytest.fixture(scope="module")
+def google_account(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A service account, with a local server that gives it tokens."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Tokens)
+    threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
+    key = rsa.generate_private_key(65537, 2048)
+    pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()).decode()
+    account = {
+        "type": "service_account",
+        "project_id": "planted",
+        "private_key_id": "planted",
+        "private_key": pem,
+        "client_email": "folding@planted.iam.gserviceaccount.com",
+        "token_uri": f"http://127.0.0.1:{server.server_address[1]}/token",
+    }
+    file = tmp_path_factory.mktemp("google") / "account.json"
+    file.write_text(json.dumps(account))
+    yield file
+    server.shutdown()
+    server.server_close()
+
+
 @pytest.fixture(autouse=True)
-def more_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+def more_keys(monkeypatch: pytest.MonkeyPatch, google_account: Path) -> None:
     """Keys of the providers that serve others' models."""
+    monkeypatch.setenv("GOOGLE_APPLICATION_CREDENTIALS", str(google_account))
+    monkeypatch.setenv("VERTEXAI_PROJECT", "planted")
+    monkeypatch.setenv("VERTEXAI_LOCATION", "us-east5")
     for name in ("OPENROUTER", "AZURE_AI", "AZURE", "MOONSHOT", "DEEPSEEK", "XAI"):
         monkeypatch.setenv(f"{name}_API_KEY", "planted-key-0123456789")
     monkeypatch.setenv("AWS_BEARER_TOKEN_BEDROCK", "planted-key-0123456789")

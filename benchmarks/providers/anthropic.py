@@ -40,7 +40,7 @@ class Anthropic(Provider):
         assert _PATH.fullmatch(path.partition("?")[0]), path
         for tool in body.get("tools", []):
             check_tool(tool["name"], tool["description"], tool["input_schema"])
-        thinks = _check_thinking(body)
+        thinks = _check_thinking(body, body.get("model") or path.rpartition("/")[2])
         messages = body["messages"]
         assert messages[0]["role"] == "user", "a conversation begins with the user"
         assert messages[-1]["role"] == "user", "thinking does not go on from words put into the model's mouth"
@@ -94,10 +94,9 @@ def _plain(block: Body) -> Body:
     return {key: value for key, value in block.items() if key != "cache_control"}
 
 
-def _check_thinking(body: Body) -> bool:
+def _check_thinking(body: Body, model: str) -> bool:
     """Whether the model is asked to think; within its limits, and without what thinking rules out."""
     thinking = body.get("thinking", {"type": "disabled"})
-    model = body.get("model", "")
     if thinking["type"] == "adaptive":
         assert _ADAPTIVE.match(model), f"{model} does not think adaptively"
         assert body["output_config"]["effort"] in _EFFORTS, body["output_config"]

@@ -51,6 +51,7 @@ _MOST_PICTURES = re.compile(
     _FLAGS,
 )
 _SEVERAL = re.compile(r"too many|multiple|(single|one) image|images? (per|in)\b", _FLAGS)
+_PACKAGE = re.compile(r"no module named|pip install", _FLAGS)
 _NOT_TAKEN = r"(unsupported|not support|n't support|unknown|unrecogni[sz]ed|unexpected|extra|not permitted|not allowed|invalid)"
 
 
@@ -105,6 +106,11 @@ def most_pictures_named(words: str) -> int | None:
         text = found.group(1).lower()
         return _NUMBER_WORDS.get(text) or int(text)
     return 1 if _SEVERAL.search(words) else None
+
+
+def says_package_is_missing(words: str) -> bool:
+    """litellm lacks a package that it needs to reach the provider."""
+    return _PACKAGE.search(words) is not None
 
 
 def says_not_taken(parameter: str, words: str) -> bool:

@@ -132,7 +132,7 @@ class LitellmModel:
                 response = litellm().stream_chunk_builder(
                     [chunk async for chunk in response], request["messages"]
                 )
-        except tuple(litellm().LITELLM_EXCEPTION_TYPES) as error:
+        except (*litellm().LITELLM_EXCEPTION_TYPES, ImportError) as error:
             self._need_a_key(error)
             raise meaning(self._id, error) from error
         if response.choices and response.choices[0].finish_reason == _FILTERED:

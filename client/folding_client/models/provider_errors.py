@@ -115,6 +115,15 @@ def _spent(said: ProviderError) -> Exception | None:
     )
 
 
+def _lacking(said: ProviderError) -> Exception | None:
+    """A package that is not installed here: nothing has been sent."""
+    if not error_words.says_package_is_missing(said.words):
+        return None
+    return ProviderRefused(
+        f"{said.model} cannot be reached without another package: {said.reason}. Install it, then resume."
+    )
+
+
 def _garbled(said: ProviderError) -> Exception | None:
     return Transient(said.reason) if _GARBLED in said.words else None
 
@@ -186,4 +195,12 @@ def _refused(said: ProviderError) -> ProviderRefused:
     return ProviderRefused(f"The provider of {said.model} refuses the request: {said.reason}.")
 
 
-_READINGS: tuple[_Reading, ...] = (_garbled, _spent, _filtered, _longer_than_taken, _other_form, _final)
+_READINGS: tuple[_Reading, ...] = (
+    _lacking,
+    _garbled,
+    _spent,
+    _filtered,
+    _longer_than_taken,
+    _other_form,
+    _final,
+)
