@@ -1,9 +1,6 @@
 """How long a reply may be, and how patient a run is with its provider: options, in the record, other ones on resume."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,25 +10,16 @@ from folding_client.settings import Settings
 from providers.base import Fails, Hangs
 from providers.openai import OpenAI
 from pydantic import ValidationError
+from test_client_commands import command
 
 MODEL = "litellm/openai/gpt-4o"
 TURN = {"action": "rotate", "angle": 45.0}
 
 
-def command(*words: object) -> subprocess.CompletedProcess[str]:
-    """Run the client's command."""
-    return subprocess.run(
-        [sys.executable, "-m", "folding_client", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "OPENAI_API_KEY": PLANTED_KEY},
-    )
-
-
 def test_the_options_of_replies_reach_the_provider_and_the_record_and_change_on_resume(
-    tmp_path: Path,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", PLANTED_KEY)
     patience = ["--max-tokens", 1000, "--timeout", 30, "--retries", 0, "--max-wait", 5]
     with OpenAI(save(1), Fails(500)) as provider:
         where = ["--api-base", provider.url, "--server-url", server_url()]
@@ -58,7 +46,7 @@ def test_a_reply_is_waited_for_as_long_as_the_timeout_says(tmp_path: Path) -> No
     with OpenAI(Hangs(1.0)) as provider:
         stopped = run(2, tmp_path / "run", model=MODEL, api_base=provider.url, timeout=0.3, retries=0)
     assert stopped.status == "stopped"
-    assert "failed 1 times" in stopped.reason
+    assert "failed once" in stopped.reason
     with OpenAI(save(1), act(TURN), save(2)) as provider:
         assert resume(tmp_path / "run", api_base=provider.url, timeout=30).status == "complete"
 

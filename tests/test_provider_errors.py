@@ -305,15 +305,30 @@ def test_a_model_that_is_known_to_take_no_pictures_is_not_begun_with(tmp_path: P
         "multiple images are not supported",
     ],
 )
-def test_a_model_of_one_picture_gets_those_of_a_turn_on_one_sheet(words: str) -> None:
-    with OpenAI(Fails(400, words), Says("I see."), Says("A square.")) as provider:
-        asked = Asked(provider, "openai/a-model-of-my-own")
-        asked.again([*ASKED, answered(asked.reply), user("And now?", (photo(3), photo(4), photo(5)))])
+def test_a_model_of_one_picture_is_shown_the_newest(words: str) -> None:
+    looked = [
+        system("You fold."),
+        user("Look.", (photo(1),)),
+        answered(Reply("I see.")),
+        user("And?", (photo(2),)),
+    ]
+    with OpenAI(Fails(400, words), Says("A fold."), Says("A square.")) as provider:
+        asked = Asked(provider, "openai/a-model-of-my-own", looked)
+        asked.again([*looked, answered(asked.reply), user("And now?", (photo(3),))])
     assert asked.reply.text == "A square."
     assert [pictures_in(body) for body in provider.received] == [2, 1, 1]
-    first, last = provider.received[1]["messages"][1], provider.received[2]["messages"][-1]
-    assert "photo of frame 1; photo of frame 2" in first["content"][0]["text"]
-    assert "photo of frame 3; photo of frame 4; photo of frame 5" in last["content"][0]["text"]
+    left_out = "(Left out, for the model takes no more: photo of frame {}.)"
+    assert left_out.format(1) in provider.received[1]["messages"][1]["content"]
+    assert left_out.format(2) in provider.received[2]["messages"][3]["content"]
+
+
+def test_a_model_that_takes_too_few_of_the_pictures_that_belong_together_is_told() -> None:
+    with OpenAI(Fails(400, "This model supports up to 3 images.")) as provider:
+        four = [system("Compare."), user("Look.", tuple(map(photo, range(1, 5))))]
+        asked = Asked(provider, "openai/a-model-of-my-own", four)
+    assert isinstance(asked.raised, ProviderRefused)
+    assert "no more than 3 of the 4 pictures that belong together" in str(asked.raised)
+    assert "geometric for --critic" in str(asked.raised)
 
 
 class OnlyStreams(OpenAI):

@@ -151,6 +151,8 @@ THINKING = [
     (Anthropic, "azure_ai/claude-opus-4-7", {0: None, 1024: "low", 8192: "medium"}),
     (Bedrock, "bedrock/us.anthropic.claude-opus-4-7", {0: None, 1024: "low", 8192: "medium"}),
     (Bedrock, "bedrock/us.anthropic.claude-sonnet-4-5-20250929-v1:0", {0: None, 1024: 1024, 8192: 8192}),
+    (Anthropic, "vertex_ai/claude-opus-4-7", {0: None, 8192: "medium"}),
+    (Gemini, "vertex_ai/gemini-3.1-pro-preview", {1024: "low", 16000: "high"}),
     (OpenAI, "openai/o3", {0: "low", 1024: "low", 8192: "medium", 16000: "high", 33000: "high"}),
     (OpenAI, "openai/gpt-5", {0: "minimal", 1024: "low", 8192: "medium", 16000: "high", 33000: "high"}),
     (OpenAI, "openai/gpt-5.2", {0: "none", 1024: "low", 8192: "medium", 33000: "xhigh"}),

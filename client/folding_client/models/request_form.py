@@ -13,7 +13,7 @@ from folding_prompts import prompt
 
 from folding_client.messages import Message, ToolSpec
 from folding_client.models.model_entry import REPLY_SHARE
-from folding_client.models.picture_sheets import as_sheets, newest_pictures
+from folding_client.models.picture_limits import newest_pictures, pictures_at_most
 from folding_client.models.portable_schema import portable
 
 
@@ -49,13 +49,13 @@ class RequestForm:
         return min(each for each in (wanted, self.max_tokens, share) if each)
 
     def messages(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> list[Message]:
-        """The conversation in this form."""
+        """The conversation in this form. ProviderRefused if the model takes too few pictures for it."""
         sent = list(messages)
         if self.tools_in_text and tools:
             sent[0] = replace(sent[0], said=f"{sent[0].said}\n\n{told_tools(tools)}")
         if not self.older_pictures:
             sent = newest_pictures(sent)
-        return sent if self.most_pictures is None else as_sheets(sent, self.most_pictures)
+        return sent if self.most_pictures is None else pictures_at_most(sent, self.most_pictures)
 
 
 def told_tools(tools: Sequence[ToolSpec]) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from folding_client.messages import JsonObject
 from folding_client.models.model_entry import ModelEntry
 
-LEVELS = ("none", "minimal", "low", "medium", "high", "xhigh", "max")
+THINKING_LEVELS = ("none", "minimal", "low", "medium", "high", "xhigh", "max")
 """From no thinking to the most."""
 _LEVEL_UP_TO = ((0, "none"), (2048, "low"), (8192, "medium"), (32768, "high"))
 """The level that stands for a budget of so many tokens; more is ``xhigh``."""
@@ -103,7 +103,7 @@ def _flagged(entry: ModelEntry, *levels: str) -> frozenset[str]:
 
 def _denied(entry: ModelEntry) -> frozenset[str]:
     return frozenset(
-        level for level in LEVELS if entry.facts.get(f"supports_{level}_reasoning_effort") is False
+        level for level in THINKING_LEVELS if entry.facts.get(f"supports_{level}_reasoning_effort") is False
     )
 
 
@@ -113,8 +113,10 @@ def _level(budget: int) -> str:
 
 def _nearest(wanted: str, levels: frozenset[str]) -> str:
     """The level nearest to the one wanted, the lower of two that are as near."""
-    rank = LEVELS.index(wanted)
-    return min(sorted(levels, key=LEVELS.index), key=lambda level: abs(LEVELS.index(level) - rank))
+    rank = THINKING_LEVELS.index(wanted)
+    return min(
+        sorted(levels, key=THINKING_LEVELS.index), key=lambda level: abs(THINKING_LEVELS.index(level) - rank)
+    )
 
 
 def _as_budget(entry: ModelEntry, budget: int) -> JsonObject:
