@@ -14,7 +14,7 @@ from folding_client.models.model_entry import ModelEntry, facts_of
 from folding_client.models.provider_errors import RequestUnfit, content_filtered, meaning, no_pictures
 from folding_client.models.reply_reading import read_reply
 from folding_client.models.request_form import RequestForm
-from folding_client.models.retries import with_retries
+from folding_client.models.retries import Transient, with_retries
 from folding_client.models.thinking import thinking_request
 from folding_client.settings import Settings
 
@@ -135,6 +135,9 @@ class LitellmModel:
         except (*litellm().LITELLM_EXCEPTION_TYPES, ImportError) as error:
             self._need_a_key(error)
             raise meaning(self._id, error) from error
+        if response is None:
+            message = "the provider's stream held nothing"
+            raise Transient(message)
         if response.choices and response.choices[0].finish_reason == _FILTERED:
             raise content_filtered(self._id, "it withheld the reply")
         return response
