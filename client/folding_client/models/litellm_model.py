@@ -62,10 +62,7 @@ class LitellmModel:
     def sent(self) -> JsonObject:
         """What every query carries beside the conversation, as far as it decides how the model answers."""
         options = self._options(self._form)
-        return {
-            name: options[name]
-            for name in options.keys() - {"api_base", "num_retries", "max_retries", "drop_params"}
-        }
+        return {name: options[name] for name in options if name not in _OURS}
 
     async def query(
         self, messages: Sequence[Message], tools: Sequence[ToolSpec], *, json_mode: bool = False
@@ -76,21 +73,20 @@ class LitellmModel:
         conversation is too long even without its older pictures, ReplyUnreadable if the provider answers with
         something that is no reply.
         """
-        form, refused = self._form, None
+        form = self._form
+        request = self._request(form, messages, tools, json_mode)
         while True:
-            request = self._request(form, messages, tools, json_mode)
-            if refused is not None and request == refused[0]:
-                raise _stop(refused[1], messages)
             try:
                 response = await with_retries(
                     self._settings.retry_policy, partial(self._ask, request), self._note
                 )
             except RequestUnfit as unfit:
                 again = form.changed(unfit.change)
-                if again == form:
+                other = self._request(again, messages, tools, json_mode)
+                if again == form or (other == request and not again.filtered):
                     raise _stop(unfit, messages) from unfit
                 self._note(str(unfit), 0.0)
-                form, refused = again, None if again.filtered else (request, unfit)
+                form, request = again, other
             else:
                 self._form = form.kept()
                 return read_reply(response, messages, tools)

@@ -16,6 +16,8 @@ from folding_client.models.model_entry import REPLY_SHARE
 from folding_client.models.picture_limits import newest_pictures, pictures_at_most
 from folding_client.models.portable_schema import portable
 
+_LIMITS = frozenset({"most_pictures", "max_tokens", "context"})
+
 
 @dataclass(frozen=True)
 class RequestForm:
@@ -35,9 +37,15 @@ class RequestForm:
     without: frozenset[str] = frozenset()
 
     def changed(self, change: Mapping[str, Any]) -> "RequestForm":
-        """The form with something otherwise; ``without`` names one more parameter."""
-        added = {"without": self.without | {change["without"]}} if "without" in change else {}
-        return replace(self, **{**change, **added})
+        """The form with something otherwise. ``without`` names one more parameter, and limits only get lower, so that a
+        form that was refused does not come again.
+        """
+        new = dict(change)
+        if "without" in new:
+            new["without"] = self.without | {new["without"]}
+        for name in _LIMITS & new.keys():
+            new[name] = min(new[name], getattr(self, name) or new[name])
+        return replace(self, **new)
 
     def kept(self) -> "RequestForm":
         """The form for the queries that follow."""
