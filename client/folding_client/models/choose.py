@@ -42,7 +42,10 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
                 "pip install 'foldingagent-mcp[agent]', or use the model geometric."
             )
             raise UsageError(message)
-        return LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+        model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+        recorder.about.setdefault("requests", {})[role] = model.sent
+        recorder.event("request_options", role=role, model=spec, options=model.sent)
+        return model
     message = f"There is no model {spec!r}; the ids are {IDS}."
     raise UsageError(message)
 

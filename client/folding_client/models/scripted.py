@@ -57,7 +57,13 @@ class ScriptedModel:
     replies: Sequence[Reply]
     position: int = 0
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
+    async def query(
+        self,
+        messages: Sequence[Message],  # noqa: ARG002
+        tools: Sequence[ToolSpec],  # noqa: ARG002
+        *,
+        json_mode: bool = False,  # noqa: ARG002
+    ) -> Reply:
         """The next reply."""
         if self.position >= len(self.replies):
             message = (
