@@ -118,6 +118,7 @@ class Work:
 async def measure(empty: str, ours: str, kind: type[LoadHost], clients: int, runs: int) -> dict[str, Any]:
     """All figures, and the load of the machine before and after."""
     before = round(os.getloadavg()[0], 2)
+    await warm_up(empty, ours, kind)
     works = {
         "empty": Work(empty, iter([[("nothing", {})] * CALLS] * runs)),
         "alike": Work(ours, (calls_of(PROGRAM) for _ in range(runs))),
@@ -132,6 +133,12 @@ async def measure(empty: str, ours: str, kind: type[LoadHost], clients: int, run
     cpu = {name: work.cpu for name, work in works.items()}
     figures["times_of_empty"] = {name: round(cpu[name] / cpu["empty"], 2) for name in ("alike", "own")}
     return figures
+
+
+async def warm_up(empty: str, ours: str, kind: type[LoadHost]) -> None:
+    """Have both servers load what they load with their first calls."""
+    for url, calls in ((empty, [("nothing", {})]), (ours, calls_of(PROGRAM))):
+        await under_load(Work(url, iter(())), kind, 1, [calls])
 
 
 def own_program(number: int) -> tuple[Action, ...]:

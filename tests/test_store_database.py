@@ -276,12 +276,6 @@ def test_a_run_of_another_data_folder_is_unknown(tmp_path: Path) -> None:
             here.load(run_id)
 
 
-def test_sqlite_is_durable_by_default(tmp_path: Path) -> None:
-    with DirectStore.in_folder(tmp_path) as store, store._log._engine.connect() as connection:
-        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
-        assert connection.exec_driver_sql("PRAGMA synchronous").scalar() == 2
-
-
 def one_sentence(refusal: pytest.ExceptionInfo[RunError]) -> str:
     text = str(refusal.value)
     assert "\n" not in text

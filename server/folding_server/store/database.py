@@ -3,9 +3,9 @@ same transactions, stands a row for each run, with its owner and what a list of 
 
 Writers to a run wait for one another: SQLite has one write lock for the whole file, other databases lock the
 run's first row. Should a database know no such lock, the primary key (run_id, seq) still lets only one of two
-writers who saw event n add event n+1; the other gets ``Taken``. SQLite writes ahead (WAL) and syncs at every
-commit (FULL): what has been answered survives the death of the process and of the machine. Every failure of
-the database becomes a RunError of one sentence that names the database, without its password.
+writers who saw event n add event n+1; the other gets ``Taken``. SQLite writes ahead (WAL), and the log is synced
+before anything in it is answered (``log_sync``): what has been answered survives the death of the process and of the
+machine. Every failure of the database becomes a RunError of one sentence that names the database, without its password.
 """
 
 import json
@@ -37,6 +37,7 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from folding_server.errors import RunError
 from folding_server.store import owners
+from folding_server.store.log_sync import LogSync
 from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
 from folding_server.store.schema import EVENTS, bring_up_to_date, up_to_date
 from folding_server.store.views import RunView
@@ -49,6 +50,9 @@ BUSY_SECONDS = 10.0
 
 _FULL = re.compile(r"disk is full|disk I/O error|No space left|could not extend file")
 """What SQLite and PostgreSQL say when there is no room; SQLite calls a limit on the size of files an I/O error."""
+
+
+_WRITE_AHEAD = "wal"
 
 
 class Taken(Exception):
@@ -139,6 +143,7 @@ class EventTable:
         self._engine = _engine(url)
         in_turn = self._engine.dialect.name == "sqlite"
         self._turn: AbstractContextManager[object] = Lock() if in_turn else nullcontext()
+        self._log_sync: LogSync | None = None
         try:
             self._prepare()
         except BaseException:
@@ -151,19 +156,26 @@ class EventTable:
 
     @contextmanager
     def reading(self) -> Iterator[Transaction]:
-        """A transaction that only reads."""
-        with self._answered(), self._engine.connect() as connection, connection.begin():
-            yield Transaction(connection)
+        """A transaction that only reads. What it read is on the disk when the context ends."""
+        with self._answered():
+            with self._engine.connect() as connection, connection.begin():
+                yield Transaction(connection)
+            self._wait_for_disk()
 
     @contextmanager
     def writing(self) -> Iterator[Transaction]:
         """A transaction that may append; rolled back on any exception. Raises Taken.
 
-        Threads that write to SQLite take turns here: waiting for its lock, it may let one of many wait
-        until it gives up.
+        What it added is on the disk when the context ends. Threads that write to SQLite take turns here: waiting for
+        its lock, it may let one of many wait until it gives up.
         """
-        with self._answered(), self._turn, self._begun() as connection:
-            yield Transaction(connection)
+        with self._answered():
+            with self._turn, self._adding(), self._begun() as connection:
+                yield Transaction(connection)
+            self._wait_for_disk()
+
+    def _adding(self) -> AbstractContextManager[None]:
+        return nullcontext() if self._log_sync is None else self._log_sync.adding()
 
     @contextmanager
     def _begun(self) -> Iterator[Connection]:
@@ -172,10 +184,22 @@ class EventTable:
             with connection.begin():
                 yield connection
 
+    def _wait_for_disk(self) -> None:
+        """Wait until what is committed is on the disk. Other databases than SQLite do so themselves."""
+        try:
+            if self._log_sync is not None:
+                self._log_sync.wait()
+        except OSError as error:
+            raise RunError(
+                f"the run database {self._engine.url.database} could not be synced ({error.strerror}), so a change may "
+                f"be lost if the machine fails now; mend its disk, then see with get_run where the run stands"
+            ) from error
+
     def _prepare(self) -> None:
         """Bring the tables up to date; where they are, as ever after the first time, without waiting for writers."""
         with self._answered():
             with self._engine.connect() as connection, connection.begin():
+                self._log_sync = _log_sync(connection)
                 if up_to_date(connection):
                     return
             with self._begun() as connection:
@@ -255,24 +279,35 @@ def _sqlite_engine(url: URL) -> Engine:
 
 
 def _prepare_sqlite(connection: sqlite3.Connection, _entry: ConnectionPoolEntry) -> None:
-    """Leave transactions to ``_begin_sqlite``; make commits durable."""
+    """Leave transactions to ``_begin_sqlite``, and syncs to ``LogSync`` where there is a log to be synced."""
     connection.isolation_level = None
-    _write_ahead(connection)
-    connection.execute("PRAGMA synchronous = FULL")
+    synchronous = "NORMAL" if _journal(connection) == _WRITE_AHEAD else "FULL"
+    connection.execute(f"PRAGMA synchronous = {synchronous}")
 
 
-def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Switch to WAL. SQLite does not wait when two processes switch a new file at once, so this does."""
+def _journal(connection: sqlite3.Connection) -> str:
+    """Switch to WAL, and tell which kind of journal there is now: a database in memory has another.
+
+    SQLite does not wait when two processes switch a new file at once, so this does.
+    """
     deadline = time.monotonic() + BUSY_SECONDS
     while True:
         try:
-            connection.execute("PRAGMA journal_mode = WAL")
+            return str(connection.execute(f"PRAGMA journal_mode = {_WRITE_AHEAD}").fetchone()[0])
         except sqlite3.OperationalError as error:
             if "locked" not in str(error) or time.monotonic() > deadline:
                 raise
             time.sleep(0.01)
-        else:
-            return
+
+
+def _log_sync(connection: Connection) -> LogSync | None:
+    """What syncs the write-ahead log of an SQLite file; None for a database that has none or syncs by itself."""
+    if connection.dialect.name != "sqlite":
+        return None
+    if connection.exec_driver_sql("PRAGMA journal_mode").scalar() != _WRITE_AHEAD:
+        return None
+    file = connection.exec_driver_sql("PRAGMA database_list").one()[2]
+    return LogSync(Path(f"{file}-wal"))
 
 
 def _begin_sqlite(connection: Connection) -> None:
