@@ -11,6 +11,7 @@ logged that is a fault of the server's own, and a program folds as ever. Exits w
 import argparse
 import json
 import random
+import re
 import subprocess
 import sys
 import tempfile
@@ -27,8 +28,8 @@ STDIO_SHARE = 5
 """One of so many calls goes over stdio."""
 SAMPLES = 10
 """How often memory is looked at on the way."""
-MOST_GROWTH = 60.0
-"""Megabytes by which a process may grow from the first sample to the last: its caches of papers, runs and photos fill."""
+MOST_GROWTH = 40.0
+"""Megabytes by which a process may grow in the second half of the calls; in the first it loads what it needs and fills its caches."""
 SHOWN_FAULTS = 40
 ROOT = Path(__file__).resolve().parent.parent
 SEQUENCES = ROOT / "examples"
@@ -76,8 +77,16 @@ def _fuzzed(opened: AbstractContextManager[Target], log: Path, calls: int, seed:
         report.megabytes.append(_megabytes(target.process.pid))
         report.faults += target.faults_at_the_end()
     report.faults += [f"memory has grown: {report.megabytes} MB"] if report.growth > MOST_GROWTH else []
-    report.faults += [f"logged: {log.read_text()[-2000:]}"] if "Traceback" in log.read_text() else []
+    report.faults += [f"logged {times} times: {error}" for error, times in _logged(log).items()]
     return report.figures()
+
+
+def _logged(log: Path) -> Counter[str]:
+    """The errors that a process logged with a traceback, by their last line: faults of its own."""
+    blocks = re.split(r"^Traceback .*$", log.read_text(errors="replace"), flags=re.MULTILINE)[1:]
+    return Counter(
+        next((line for line in block.splitlines() if line[:1].strip()), "?")[:300] for block in blocks
+    )
 
 
 @dataclass
@@ -91,8 +100,8 @@ class Report:
 
     @property
     def growth(self) -> float:
-        """By how much memory has grown since the first tenth of the calls."""
-        return self.megabytes[-1] - self.megabytes[min(1, len(self.megabytes) - 1)]
+        """By how much memory has grown in the second half of the calls."""
+        return self.megabytes[-1] - self.megabytes[len(self.megabytes) // 2]
 
     def add(self, kind: str, answer: str, fault: str | None) -> None:
         """Count a call."""

@@ -17,7 +17,9 @@ UNTYPED = (
     "sqlite3",
 )
 """What no answer may say: it would be the server's own business."""
-STATUSES = frozenset({200, 202, 204, 400, 401, 403, 404, 405, 406, 411, 413, 415, 421, 431})
+STATUSES = frozenset({200, 202, 204, 307, 400, 401, 403, 404, 405, 406, 411, 413, 415, 421, 431})
+CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"
+"""What comes before the answer where the request asks for it."""
 _SHOWN = 300
 
 Place = Iterable[str]
@@ -25,7 +27,7 @@ Place = Iterable[str]
 
 def http_fault(data: bytes, places: Place) -> str | None:
     """What is wrong with an HTTP answer as it came, if anything; ``places`` are paths of the machine."""
-    head, _, body = data.partition(b"\r\n\r\n")
+    head, _, body = data.removeprefix(CONTINUE).partition(b"\r\n\r\n")
     found = re.match(rb"HTTP/1\.1 (\d{3})", head)
     if not found:
         return f"no answer of HTTP: {data[:_SHOWN]!r}"

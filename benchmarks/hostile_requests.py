@@ -152,7 +152,7 @@ def _noise(rng: random.Random, _headers: Headers, _message: Message) -> HttpRequ
 def _large(rng: random.Random, headers: Headers, message: Message) -> HttpRequest:
     if rng.random() < 0.9:  # few of them: each travels
         return _too_few(rng, headers, message)
-    return HttpRequest("too large", _post(headers, b'"' + b"x" * TOO_LARGE + b'"'))
+    return HttpRequest("too large", _post(headers, b'"' + b"x" * TOO_LARGE + b'"'), cut=True)
 
 
 _ODD: tuple[Callable[[random.Random, Headers, Message], HttpRequest], ...] = (

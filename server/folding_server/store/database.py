@@ -14,6 +14,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from datetime import datetime
 from pathlib import Path
 from threading import Lock
 from typing import NamedTuple
@@ -24,7 +25,6 @@ from sqlalchemy import (
     Connection,
     Engine,
     QueuePool,
-    Row,
     bindparam,
     create_engine,
     event,
@@ -38,6 +38,7 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from folding_server.errors import RunError
 from folding_server.store import owners
 from folding_server.store.log_sync import LogSync
+from folding_server.store.prepared import PreparedStatement
 from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
 from folding_server.store.schema import EVENTS, bring_up_to_date, up_to_date
 from folding_server.store.views import RunView
@@ -77,13 +78,24 @@ def database_url(folder: Path) -> str:
     return URL.create("sqlite", database=str(folder / DATABASE_NAME)).render_as_string()
 
 
-_EVENTS_FROM = (
+_EVENTS_FROM = PreparedStatement(
     select(EVENTS)
     .where(EVENTS.c.run_id == bindparam("run"), EVENTS.c.seq >= bindparam("first"))
     .order_by(EVENTS.c.seq)
 )
-_ADD_EVENT = insert(EVENTS)
-"""Made once, since every change of a run waits for them."""
+_ADD_EVENT = PreparedStatement(insert(EVENTS))
+
+
+class EventRow(NamedTuple):
+    """A row of the table of events, in the order of its columns."""
+
+    run_id: str
+    seq: int
+    format: int
+    time: str
+    kind: str
+    payload: str
+    request_id: str | None
 
 
 class Transaction:
@@ -94,7 +106,18 @@ class Transaction:
 
     def events(self, run_id: str, first: int = 1) -> list[RunEvent]:
         """The run's events from number ``first`` on, in order. Raises RunError if one cannot be read."""
-        return [_event(row) for row in self.connection.execute(_EVENTS_FROM, {"run": run_id, "first": first})]
+        return [_event(row) for row in self._rows(run_id, first)]
+
+    def events_after(self, run_id: str, seq: int, time: datetime) -> list[RunEvent] | None:
+        """The run's events after number ``seq``; None if that one is not there, or is another than that of ``time``."""
+        rows = self._rows(run_id, seq)
+        if not rows or rows[0].seq != seq or rows[0].time != time.isoformat():
+            return None
+        return [_event(row) for row in rows[1:]]
+
+    def _rows(self, run_id: str, first: int) -> list[EventRow]:
+        found = _EVENTS_FROM.execute(self.connection, {"run": run_id, "first": first})
+        return [EventRow(*row) for row in found.fetchall()]
 
     def holds(self, run_id: str) -> bool:
         """Whether there is a first event of this run."""
@@ -110,7 +133,7 @@ class Transaction:
     def requested(self, request_id: str) -> Requested | None:
         """What was recorded for a request; None if nothing was. Raises RunError if it cannot be read."""
         row = self.connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
-        return Requested(row.run_id, _event(row)) if row else None
+        return Requested(row.run_id, _event(EventRow(*row))) if row else None
 
     def append(self, after: RunView, added: RunEvent, owner: str | None = None) -> None:
         """Add the event by which the run became ``after``; an opening also says whose the run is.
@@ -127,7 +150,7 @@ class Transaction:
             "payload": payload,
             "request_id": added.request_id,
         }
-        self.connection.execute(_ADD_EVENT, row)
+        _ADD_EVENT.execute(self.connection, row)
         size = len(payload.encode())
         if added.seq == 1:
             owners.add_run(self.connection, after, size, owner)
@@ -141,6 +164,7 @@ class EventTable:
     def __init__(self, url: str) -> None:
         """Connect and make or migrate the table. Raises RunError if the database cannot be used."""
         self._engine = _engine(url)
+        self._driver = self._engine.dialect.loaded_dbapi
         in_turn = self._engine.dialect.name == "sqlite"
         self._turn: AbstractContextManager[object] = Lock() if in_turn else nullcontext()
         self._log_sync: LogSync | None = None
@@ -209,12 +233,12 @@ class EventTable:
     def _answered(self) -> Iterator[None]:
         try:
             yield
-        except IntegrityError as error:
+        except (IntegrityError, self._driver.IntegrityError) as error:
             raise Taken from error
-        except SQLAlchemyError as error:
+        except (SQLAlchemyError, self._driver.Error) as error:
             raise self._sentence(error) from error
 
-    def _sentence(self, error: SQLAlchemyError) -> RunError:
+    def _sentence(self, error: Exception) -> RunError:
         cause = error.orig if isinstance(error, DBAPIError) else error
         reason = str(cause).strip().split("\n")[0].rstrip(".")
         url = self._engine.url
@@ -229,7 +253,7 @@ class EventTable:
         return RunError(f"the run database {name} cannot be used ({reason}); mend it or choose another")
 
 
-def _event(row: Row[tuple[object, ...]]) -> RunEvent:
+def _event(row: EventRow) -> RunEvent:
     """The event in a row. Raises RunError if it is from a newer format or unreadable."""
     if row.format > EVENT_FORMAT:
         raise RunError(
@@ -313,4 +337,4 @@ def _log_sync(connection: Connection) -> LogSync | None:
 def _begin_sqlite(connection: Connection) -> None:
     """Take SQLite's write lock at once when writing: what is read stays true until it is acted on."""
     writing = connection.get_execution_options().get("writing", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writing else "BEGIN")
+    connection.connection.cursor().execute("BEGIN IMMEDIATE" if writing else "BEGIN")

@@ -261,10 +261,12 @@ class RunStore:
         """
         with self._views_lock:
             kept = self._views.get(run_id)
-        events = transaction.events(run_id, kept.seq if kept else 1)
-        if kept and events and events[0].time == kept.changed:
-            return _folded(run_id, events[1:], kept)
-        return _folded(run_id, transaction.events(run_id) if kept else events)
+        after = transaction.events_after(run_id, kept.seq, kept.changed) if kept else None
+        return _folded(
+            run_id,
+            transaction.events(run_id) if after is None else after,
+            kept if after is not None else None,
+        )
 
     def _keep(self, view: RunView) -> RunView:
         """Keep the view unless a newer one is kept already; the run used longest ago is forgotten."""
