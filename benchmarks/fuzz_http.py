@@ -103,7 +103,7 @@ class HttpTarget:
                     received += part
                     if b"text/event-stream" in received and b"subscriptions/acknowledged" in received:
                         break
-            except (ConnectionError, TimeoutError) as error:
+            except OSError as error:  # reset, closed by now, or too late
                 return received or (b"" if request.cut else f"{type(error).__name__}".encode())
         return received
 

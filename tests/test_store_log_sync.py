@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -100,13 +99,24 @@ def test_reading_what_is_on_the_disk_syncs_nothing(tmp_path: Path, disk: SyncedD
 
 
 def test_writers_at_once_share_syncs(tmp_path: Path, disk: SyncedDisk) -> None:
+    """While the first is synced the other seven commit; the next sync is for all of them."""
     with DirectStore.in_folder(tmp_path) as store, ThreadPoolExecutor(8) as pool:
         run_ids = [store.create().run_id for _ in range(8)]
-        before = disk.syncs
-        disk.before = partial(time.sleep, 0.02)
-        list(pool.map(lambda run_id: [store.act(run_id, Rotate(angle=n)) for n in range(5)], run_ids))
-        assert [store.load(run_id).seq for run_id in run_ids] == [6] * 8
-        assert 5 <= disk.syncs - before <= 20
+        sync, before = store._log._log_sync, disk.syncs
+        assert sync is not None
+        all_of_them = sync._ended + 8
+
+        def until_all_have_committed() -> None:
+            deadline = time.monotonic() + 20
+            while sync._ended < all_of_them and time.monotonic() < deadline:
+                time.sleep(0.01)
+
+        disk.before = until_all_have_committed
+        assert [
+            view.seq for view in pool.map(lambda run_id: store.act(run_id, Rotate(angle=1)), run_ids)
+        ] == [2] * 8
+        assert disk.syncs - before == 2
+        assert disk.holds(log_of(tmp_path))
 
 
 def test_a_sync_that_began_before_a_commit_does_not_answer_for_it(tmp_path: Path, disk: SyncedDisk) -> None:

@@ -56,7 +56,7 @@ class LogSync:
             return
         before = self._started
         with self._turn:
-            if self._done > before:
+            if self._done > before or self._synced == self._begun:
                 return
             self._started += 1
             ended = self._ended
