@@ -172,7 +172,7 @@ async def under_load(work: Work, kind: type[LoadHost], clients: int, runs: list[
     await asyncio.gather(*map(take_runs, hosts))
     work.seconds += time.perf_counter() - began
     work.cpu += await cpu_seconds(work.url) - cpu
-    for host in hosts:
+    for host in reversed(hosts):  # the SDK's clients end in the order in which they nest
         await host.close()
     for calls, answers in answered:
         check(calls, answers)

@@ -154,6 +154,8 @@ class RunStore:
         self, owner: str | None = None, limit: int | None = None, before: str | None = None
     ) -> list[RunSummary]:
         """The runs of an owner, or of everybody, newest first: at most ``limit``, those that come after run ``before``."""
+        if before is not None:
+            _check_run_id(before)
         with self._log.reading() as transaction:
             found = owners.runs_page(transaction.connection, owner, limit, before)
         if found is None:
@@ -170,7 +172,7 @@ class RunStore:
 
         None is nobody's own: whoever reaches the server without a token may use all runs, as may the database's reader.
         """
-        if owner is not None and self._owner(run_id) != owner:
+        if owner is not None and not (is_run_id(run_id) and self._owner(run_id) == owner):
             raise _unknown(run_id)
 
     def check_vision(self, owner: str) -> None:
