@@ -210,3 +210,12 @@ def test_a_limit_that_is_none_is_refused_in_one_sentence(text: str) -> None:
         match=f"The limit '{text}' is not possible; give runs, megabytes, vision-seconds, vision-at-once or vision-waiting",
     ):
         parse_limits([text])
+
+
+def test_a_run_id_that_is_no_text_of_unicode_is_unknown_to_owners_too(store: DirectStore) -> None:
+    for call in (
+        lambda: store.require_owner("x\udfffy", "alice"),
+        lambda: store.list_runs("alice", 10, "x\udfffy"),
+    ):
+        with pytest.raises(RunError, match="there is no run"):
+            call()

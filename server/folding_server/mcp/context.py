@@ -185,7 +185,9 @@ class AppContext:
         run = self.run(run_id)
         if sequence is not None and sequence != run.sequence:
             kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
-            raise RunError(f"Run {run_id} is {kind}, not of {sequence!r}; leave sequence out to resume it.")
+            raise RunError(
+                f"Run {run_id} is {kind}, not of {sequence!r:.80}; leave sequence out to resume it."
+            )
         if run.sequence is not None:
             check_same_sequence(run, self.library.open(run.sequence).fingerprint())
         return self._open(run)

@@ -16,7 +16,6 @@ from mcp.server.mcpserver.exceptions import (
     UnexpectedToolError,
 )
 from mcp.server.mcpserver.tools import Tool
-from mcp.server.subscriptions import InMemorySubscriptionBus
 from mcp.shared.exceptions import MCPError
 from mcp.types import (
     INVALID_PARAMS,
@@ -37,7 +36,7 @@ from folding_server.mcp.results import readable
 from folding_server.mcp.services.allowing import ALLOWING
 from folding_server.mcp.services.run_addresses import SEQUENCE_LIST, changed_addresses
 from folding_server.mcp.stdio import answering_stdio
-from folding_server.mcp.subscriptions import Subscriptions
+from folding_server.mcp.subscriptions import ListenerBus, Subscriptions
 from folding_server.mcp.tasks import PROMPT_SECONDS, CallTasks
 from folding_server.mcp.tools.apps import model_app
 
@@ -57,7 +56,7 @@ class FoldingServer(MCPServer[AppContext]):
             settings.tool_set, read_only=settings.read_only, reading_files=bool(settings.allowed)
         )
         self._app = app
-        bus = InMemorySubscriptionBus()
+        bus = ListenerBus()
         self._hosts = Subscriptions(app, bus)
         self._tasks = CallTasks(catalogue.long_tools(), prompt_seconds)
         self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
@@ -129,6 +128,8 @@ class FoldingServer(MCPServer[AppContext]):
         await self._log(
             context, "info", f"{tool.name}: {first.text if isinstance(first, TextContent) else ''}"
         )
+        if not self._hosts.heard:
+            return
         if "run_id" not in tool.parameters["properties"]:
             await self._hosts.changed(context, [SEQUENCE_LIST])
             return
