@@ -39,7 +39,9 @@ class KeptConnection(asyncio.Protocol):
     async def to(cls, url: str) -> Self:
         """A connection to the server at a URL."""
         place = urlsplit(url)
-        _, connection = await asyncio.get_running_loop().create_connection(cls, place.hostname, place.port)
+        _, connection = await asyncio.get_running_loop().create_connection(
+            cls, place.hostname or "", place.port or 80
+        )
         return connection
 
     async def send(self, request: bytes) -> Reply:

@@ -137,7 +137,8 @@ async def measure(empty: str, ours: str, kind: type[LoadHost], clients: int, run
 
 async def warm_up(empty: str, ours: str, kind: type[LoadHost]) -> None:
     """Have both servers load what they load with their first calls."""
-    for url, calls in ((empty, [("nothing", {})]), (ours, calls_of(PROGRAM))):
+    nothing: list[Call] = [("nothing", {})]
+    for url, calls in ((empty, nothing), (ours, calls_of(PROGRAM))):
         await under_load(Work(url, iter(())), kind, 1, [calls])
 
 
