@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from case_names import case_name
 from client_runs import HASTY, act, events, run, save
 from folding_client.interrupts import ContextExceeded, ProviderDown, ProviderRefused
 from folding_client.messages import Message, Reply, system, user
@@ -128,7 +129,7 @@ def test_a_wait_until_a_date_beyond_the_longest_is_a_stop(kind: type[Provider], 
         ),
         (Bedrock, "bedrock/us.anthropic.claude-opus-4-7", Fails(402, "Pay.")),
     ],
-    ids=lambda value: f"{value.status} {value.message}" if isinstance(value, Fails) else str(value),
+    ids=case_name,
 )
 def test_a_quota_that_is_used_up_is_a_stop_at_once(kind: type[Provider], model: str, spent: Fails) -> None:
     with kind(spent) as provider:
@@ -159,7 +160,7 @@ FILTERED = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "model", "refusal"), FILTERED, ids=str)
+@pytest.mark.parametrize(("kind", "model", "refusal"), FILTERED, ids=case_name)
 def test_a_content_filter_gets_two_tries(kind: type[Provider], model: str, refusal: Any) -> None:
     with kind(refusal, Says("A square.")) as provider:
         assert Asked(provider, model).reply.text == "A square."

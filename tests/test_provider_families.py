@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from case_names import case_name
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from folding_client.models.litellm_model import LitellmModel
@@ -105,7 +106,9 @@ def test_a_conversation_goes_on_through_every_provider_with_all_that_its_replies
     assert len(said[0].tool_calls) == 2
 
 
-@pytest.mark.parametrize(("kind", "model"), [route for route in ROUTES if "claude" in route[1]], ids=str)
+@pytest.mark.parametrize(
+    ("kind", "model"), [route for route in ROUTES if "claude" in route[1]], ids=case_name
+)
 def test_claude_s_cache_is_asked_for_wherever_it_is_served(kind: type[Provider], model: str) -> None:
     with kind(LOOK_TWICE, Says("I see.")) as provider:
         asyncio.run(converse(provider, model, 2, **PATIENT))

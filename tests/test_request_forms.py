@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from case_names import case_name
 from client_runs import HASTY, act, events, program, resume, run, save
 from folding_client.interrupts import ContextExceeded, ProviderRefused, UsageError
 from folding_client.messages import Reply, ToolResult, answered, system, tool_answer, user
@@ -69,7 +70,7 @@ TOO_LONG = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "model", "refusal"), TOO_LONG, ids=str)
+@pytest.mark.parametrize(("kind", "model", "refusal"), TOO_LONG, ids=case_name)
 def test_a_conversation_that_is_too_long_is_sent_once_more_without_its_older_pictures(
     kind: type[Provider], model: str, refusal: Fails
 ) -> None:
@@ -83,7 +84,7 @@ def test_a_conversation_that_is_too_long_is_sent_once_more_without_its_older_pic
     assert "Left out, for the model takes no more" in json.dumps(provider.received[2])
 
 
-@pytest.mark.parametrize(("kind", "model", "refusal"), TOO_LONG[:1] + TOO_LONG[4:5], ids=str)
+@pytest.mark.parametrize(("kind", "model", "refusal"), TOO_LONG[:1] + TOO_LONG[4:5], ids=case_name)
 def test_a_conversation_that_is_too_long_all_the_same_is_told(
     kind: type[Provider], model: str, refusal: Fails
 ) -> None:
@@ -134,7 +135,7 @@ def test_a_run_whose_steps_grow_too_long_is_stopped_after_the_second(tmp_path: P
             4096,
         ),
     ],
-    ids=lambda value: value.message[:40] if isinstance(value, Fails) else str(value),
+    ids=case_name,
 )
 def test_a_model_of_short_replies_or_little_context_is_asked_for_less(refusal: Fails, asked_for: int) -> None:
     with OpenAI(refusal, Says("A square."), Says("Still a square.")) as provider:
