@@ -9,7 +9,6 @@ as its events. Exits with 1 where that is not so. The moments depend on the mach
 import argparse
 import json
 import random
-import subprocess
 import sys
 import tempfile
 import threading
@@ -20,6 +19,7 @@ from typing import Any
 from folding_server.store.database import database_url
 from folding_server.store.run_events import IN_COLUMNS
 from folding_server.store.run_store import RunStore
+from forked_servers import ForkedServer, ServerStem
 
 LONGEST_SECONDS = 0.5
 """The latest moment of a kill, after the run was opened: a few dozen calls."""
@@ -69,12 +69,13 @@ def kill_often(url: str, kills: int, seed: int) -> dict[str, Any]:
     """
     answered: list[Answered] = []
     faults: list[str] = []
-    for number in range(kills):
-        answered.append(work_until_killed(url, random.Random(f"{seed}/{number}")))
-        with RunStore(url) as store:
-            faults += faults_in(store, answered[-1])
-        if (number + 1) % TOLD_EVERY == 0:
-            sys.stderr.write(f"kills: {number + 1} of {kills}, {len(faults)} faults\n")
+    with ServerStem() as stem:
+        for number in range(kills):
+            answered.append(work_until_killed(stem, url, random.Random(f"{seed}/{number}")))
+            with RunStore(url) as store:
+                faults += faults_in(store, answered[-1])
+            if (number + 1) % TOLD_EVERY == 0:
+                sys.stderr.write(f"kills: {number + 1} of {kills}, {len(faults)} faults\n")
     with RunStore(url) as store:
         found = {run.run_id: run.events - 1 for run in store.list_runs()}
         faults += [fault for each in answered for fault in faults_in(store, each)]
@@ -83,10 +84,9 @@ def kill_often(url: str, kills: int, seed: int) -> dict[str, Any]:
     return {"kills": kills, "answered": calls, "not answered": carried_out - calls, "faults": faults}
 
 
-def work_until_killed(url: str, rng: random.Random) -> Answered:
+def work_until_killed(stem: ServerStem, url: str, rng: random.Random) -> Answered:
     """Have a server open a run and change it until it is killed."""
-    command = [sys.executable, "-m", "folding_server", "--database", url]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with stem.server(url) as process:
         timer = threading.Timer(rng.uniform(0, LONGEST_SECONDS), process.kill)
         try:
             session = Session(process)
@@ -96,16 +96,13 @@ def work_until_killed(url: str, rng: random.Random) -> Answered:
             _change_until_the_end(session, answered, rng)
         finally:
             timer.cancel()
-            process.kill()
     return answered
 
 
 class Session:
     """A host's side of one session with a server process, line by line."""
 
-    def __init__(self, process: "subprocess.Popen[str]") -> None:
-        assert process.stdin
-        assert process.stdout
+    def __init__(self, process: ForkedServer) -> None:
         self._input, self._output, self._sent = process.stdin, process.stdout, 0
         client = {"name": "kills", "version": "1"}
         self.ask("initialize", protocolVersion=PROTOCOL, capabilities={}, clientInfo=client)

@@ -1,6 +1,6 @@
 """Measure what a call to the event store costs: ``python benchmarks/store.py`` prints one JSON document.
 
-A run of ``--events`` events in a SQLite file (WAL, synchronous = FULL) is loaded and acted on with the
+A run of ``--events`` events in a SQLite file (WAL, synced before each answer) is loaded and acted on with the
 store's kept views and, in the same process and alternating with it, by a store that has forgotten them. All
 times are in milliseconds; ``bare commit`` is one equally durable SQLite insert on an open connection, for
 comparison. Opening the database and listing a page of its runs are measured with a few and with ``--runs`` runs stored.

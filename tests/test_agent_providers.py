@@ -5,7 +5,7 @@ signatures.
 import asyncio
 import io
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from client_runs import HASTY, PLANTED_KEY
@@ -64,11 +64,12 @@ def photo(frame: int) -> Picture:
     return Picture(data.getvalue(), "image/png", f"photo of frame {frame}")
 
 
-async def converse(provider: Provider, model: str, replies: int) -> tuple[list[Reply], list[Message]]:
+async def converse(
+    provider: Provider, model: str, replies: int, **given: Any
+) -> tuple[list[Reply], list[Message]]:
     """A conversation in which every call is answered with a picture."""
-    partner = LitellmModel(
-        f"litellm/{model}", Settings(api_base=provider.url, retries=HASTY, timeout=1), lambda *_: None
-    )
+    settings = Settings(**{"api_base": provider.url, "retries": HASTY, "timeout": 1, **given})
+    partner = LitellmModel(f"litellm/{model}", settings, lambda *_: None)
     messages = [system("You fold."), user("Look at frames 1 and 2.")]
     said = []
     for _ in range(replies):

@@ -96,7 +96,7 @@ def test_json_is_one_document_and_nothing_else_on_stdout(tmp_path: Path) -> None
         (["run", "SEQUENCE", "--variant", "vlm-x"], "--variant cannot be 'vlm-x'"),
         (["run", "SEQUENCE", "--max-queries", "0"], "--max-queries cannot be 0"),
         (["run", "SEQUENCE", "--thinking-budget", "500"], "give 0, or 1024 and more"),
-        (["run", "SEQUENCE", "--thinking-budget", "20000"], "leaves nothing of the 16384"),
+        (["run", "SEQUENCE", "--thinking-budget", "40000"], "leaves nothing of the 32768"),
         (["run", "SEQUENCE", "--tools", "some"], "--tools cannot be 'some'"),
         (["run", "--resume", "no/such/run"], "No recorded run at"),
         (["replay", "no/such/run"], "No recorded run at"),

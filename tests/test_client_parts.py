@@ -34,11 +34,47 @@ def shown(*subjects: str) -> Message:
     return tool_answer(ToolCall("1", "render_current", "{}"), ToolResult("seen", pictures=pictures))
 
 
+WRONG = GOOD | {"verdict": "MISMATCH"}
+
+
 @pytest.mark.parametrize(
-    "text", [json.dumps(GOOD), f"```json\n{json.dumps(GOOD)}\n```", f"  {json.dumps(GOOD)}\n"]
+    "text",
+    [
+        json.dumps(GOOD),
+        f"```json\n{json.dumps(GOOD)}\n```",
+        f"  {json.dumps(GOOD)}\n",
+        f"I compare {{D}} with B. {json.dumps(GOOD)} I am sure.",
+        f"First I thought {json.dumps(WRONG)}, but:\n```\n{json.dumps(GOOD)}\n```",
+        json.dumps(GOOD | {"verdict": "match"}),
+        json.dumps(GOOD | {"verdict": " Exact_Match"}),
+        json.dumps(GOOD | {"confidence": {"verdict": "MISMATCH"}}),
+        json.dumps([GOOD]),
+        json.dumps(GOOD | {"discrepancies": None, "anchor_check": None}),
+        json.dumps(GOOD).replace("Same.", "Same.\nReally."),
+    ],
+    ids=[
+        "bare",
+        "fenced",
+        "indented",
+        "among words",
+        "the last of two",
+        "lower case",
+        "exact match",
+        "unknown key",
+        "in a list",
+        "null",
+        "a line break in a string",
+    ],
 )
-def test_a_verdict_is_read_bare_or_in_one_fence(text: str) -> None:
-    assert read_form(CriticReply, text).verdict == "MATCH"
+def test_a_verdict_is_read_from_the_last_json_object(text: str) -> None:
+    form = read_form(CriticReply, text)
+    assert form.verdict == "MATCH"
+    assert form.discrepancies == []
+
+
+@pytest.mark.parametrize("word", ["EXTREME DIVERGENCE", "extreme_divergence", "Extreme-Divergence"])
+def test_a_verdict_of_two_words_is_read_however_they_are_joined(word: str) -> None:
+    assert read_form(CriticReply, json.dumps(GOOD | {"verdict": word})).verdict == "EXTREME DIVERGENCE"
 
 
 @pytest.mark.parametrize(
@@ -47,18 +83,31 @@ def test_a_verdict_is_read_bare_or_in_one_fence(text: str) -> None:
         "",
         "MATCH",
         "It is a MATCH.",
-        json.dumps(GOOD) + " I am sure.",
-        json.dumps(GOOD | {"verdict": "match"}),
-        json.dumps(GOOD | {"verdict": "EXACT_MATCH"}),
-        json.dumps(GOOD | {"confidence": 1}),
-        json.dumps([GOOD]),
+        json.dumps(GOOD | {"verdict": "NO MATCH"}),
+        json.dumps(GOOD | {"verdict": None}),
         json.dumps({"verdict": "MATCH"}),
         json.dumps(GOOD | {"discrepancies": "none"}),
+        json.dumps({"answer": GOOD}),
+        json.dumps(GOOD)[:-2],
+        json.dumps(GOOD) + ' {"verdict": "PERFECT"}',
+        "{" * 5000,
     ],
 )
 def test_anything_else_is_no_verdict(text: str) -> None:
-    with pytest.raises(ReplyUnreadable):
+    with pytest.raises(ReplyUnreadable) as refusal:
         read_form(CriticReply, text)
+    assert refusal.value.text == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"recommendation": "start again", "per_frame_notes": null, "sure": true}',
+        '{"last_correct_frame": null, "recommendation": "start again"}',
+    ],
+)
+def test_an_overview_without_notes_is_read(text: str) -> None:
+    assert read_form(OverviewReply, text).per_frame_notes == []
 
 
 def test_an_overview_may_name_no_frame() -> None:

@@ -64,6 +64,8 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
         ("open_run", {"sequence": "nothing like it"}, ["nothing like it", "sailboat"]),
         ("open_run", {"run_id": "20260101-000000-aaaaaaaaaa"}, ["20260101-000000-aaaaaaaaaa", "data folder"]),
         ("get_run", {"run_id": "../../etc/passwd"}, ["../../etc/passwd", "open_run"]),
+        ("list_runs", {"before": "x\udfffy"}, ["udfff", "open_run"]),
+        ("open_run", {"run_id": "x\udfffy"}, ["udfff", "open_run"]),
     ],
 )
 async def test_a_mistake_is_answered_by_one_sentence_that_helps(

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 
@@ -18,8 +19,6 @@ from folding_schemas.actions import Rotate
 from folding_server.errors import RunError
 from folding_server.store.database import DATABASE_NAME, database_url
 from folding_server.store.views import RunView
-from sqlalchemy import event
-from sqlalchemy.exc import IntegrityError
 
 ACTING_CHILD = """
 import sys
@@ -168,17 +167,16 @@ def test_a_number_taken_by_another_writer_is_refused_and_can_be_tried_again(tmp_
     """Where a database locks neither file nor row the primary key decides; here its refusal is forced once."""
     with DirectStore.in_folder(tmp_path) as store:
         run_id = store.create().run_id
-        slips = iter([True, False])
-
-        @event.listens_for(store._log._engine, "before_cursor_execute")
-        def slip_in(*arguments: object) -> None:
-            statement = str(arguments[2])
-            if statement.startswith("INSERT") and next(slips):
-                raise IntegrityError(statement, None, sqlite3.IntegrityError("UNIQUE constraint failed"))
-
+        with closing(sqlite3.connect(tmp_path / DATABASE_NAME)) as other, other:
+            other.execute(
+                "CREATE TRIGGER slip BEFORE INSERT ON folding_events "
+                "BEGIN SELECT RAISE(ABORT, 'UNIQUE constraint failed'); END"
+            )
         with pytest.raises(RunError, match="changed by another call at the same moment; try again"):
             store.act(run_id, Rotate(angle=1))
         assert store.load(run_id).seq == 1
+        with closing(sqlite3.connect(tmp_path / DATABASE_NAME)) as other, other:
+            other.execute("DROP TRIGGER slip")
         assert store.act(run_id, Rotate(angle=1)).seq == 2
 
 
@@ -274,12 +272,6 @@ def test_a_run_of_another_data_folder_is_unknown(tmp_path: Path) -> None:
         run_id = there.create().run_id
         with pytest.raises(RunError, match=f"there is no run '{run_id}' in this data folder; call open_run"):
             here.load(run_id)
-
-
-def test_sqlite_is_durable_by_default(tmp_path: Path) -> None:
-    with DirectStore.in_folder(tmp_path) as store, store._log._engine.connect() as connection:
-        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
-        assert connection.exec_driver_sql("PRAGMA synchronous").scalar() == 2
 
 
 def one_sentence(refusal: pytest.ExceptionInfo[RunError]) -> str:

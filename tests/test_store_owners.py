@@ -183,8 +183,10 @@ def test_vision_seconds_counted_at_once_are_all_counted(url: str) -> None:
 
 def test_limits_are_read_from_what_the_command_is_given() -> None:
     assert parse_limits([]) == OwnerLimits()
-    given = ["runs=100", "megabytes=0.5", "vision-seconds=600"]
-    assert parse_limits(given) == OwnerLimits(runs=100, bytes=500_000, vision_seconds=600)
+    given = ["runs=100", "megabytes=0.5", "vision-seconds=600", "vision-at-once=1", "vision-waiting=0"]
+    assert parse_limits(given) == OwnerLimits(
+        runs=100, bytes=500_000, vision_seconds=600, vision_at_once=1, vision_waiting=0
+    )
 
 
 @pytest.mark.parametrize(
@@ -197,11 +199,23 @@ def test_limits_are_read_from_what_the_command_is_given() -> None:
         "megabytes=inf",
         "megabytes=1e305",
         "vision-seconds=nan",
+        "vision-at-once=0",
+        "vision-waiting=1.5",
         "hats=1",
     ],
 )
 def test_a_limit_that_is_none_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(
-        FoldingError, match=f"The limit '{text}' is not possible; give runs, megabytes or vision-seconds"
+        FoldingError,
+        match=f"The limit '{text}' is not possible; give runs, megabytes, vision-seconds, vision-at-once or vision-waiting",
     ):
         parse_limits([text])
+
+
+def test_a_run_id_that_is_no_text_of_unicode_is_unknown_to_owners_too(store: DirectStore) -> None:
+    for call in (
+        lambda: store.require_owner("x\udfffy", "alice"),
+        lambda: store.list_runs("alice", 10, "x\udfffy"),
+    ):
+        with pytest.raises(RunError, match="there is no run"):
+            call()

@@ -16,6 +16,11 @@ LEAST_BUDGET = 1024
 REDACTED = "(redacted)"
 """Thinking that the service keeps to itself: a block of data stands for it, which has to come back too."""
 _THINKING = ("thinking", "redacted_thinking")
+_PATH = re.compile(r"(/anthropic)?/v1/messages|/v1/projects/.*/publishers/anthropic/models/.*:rawPredict")
+"""Anthropic's own path, Azure's, and Vertex AI's."""
+_ADAPTIVE = re.compile(r"claude-(opus-4-[6-9]|sonnet-4-6|[a-z]+-5)")
+_LEGACY_TOO = re.compile(r"claude-(opus|sonnet)-4-6")
+_EFFORTS = ("low", "medium", "high", "xhigh", "max")
 _ID = re.compile(r"[a-zA-Z0-9_-]+")
 
 
@@ -32,10 +37,10 @@ class Anthropic(Provider):
         """Raise AssertionError if the request breaks the messages API's rules, or alters what the
         model said.
         """
-        assert path == "/v1/messages", path
+        assert _PATH.fullmatch(path.partition("?")[0]), path
         for tool in body.get("tools", []):
             check_tool(tool["name"], tool["description"], tool["input_schema"])
-        thinks = _check_thinking(body)
+        thinks = _check_thinking(body, body.get("model") or path.rpartition("/")[2])
         messages = body["messages"]
         assert messages[0]["role"] == "user", "a conversation begins with the user"
         assert messages[-1]["role"] == "user", "thinking does not go on from words put into the model's mouth"
@@ -89,10 +94,14 @@ def _plain(block: Body) -> Body:
     return {key: value for key, value in block.items() if key != "cache_control"}
 
 
-def _check_thinking(body: Body) -> bool:
+def _check_thinking(body: Body, model: str) -> bool:
     """Whether the model is asked to think; within its limits, and without what thinking rules out."""
     thinking = body.get("thinking", {"type": "disabled"})
+    if thinking["type"] == "adaptive":
+        assert _ADAPTIVE.match(model), f"{model} does not think adaptively"
+        assert body["output_config"]["effort"] in _EFFORTS, body["output_config"]
     if thinking["type"] == "enabled":
+        assert not _ADAPTIVE.match(model) or _LEGACY_TOO.match(model), f"{model} takes no budget"
         assert LEAST_BUDGET <= thinking["budget_tokens"] < body["max_tokens"], thinking
         assert body.get("temperature", 1) == 1, "thinking rules out a temperature"
         assert body.get("tool_choice", {"type": "auto"})["type"] in ("auto", "none"), (

@@ -36,10 +36,11 @@ class Says:
 
 @dataclass(frozen=True)
 class Fails:
-    """An HTTP error."""
+    """An HTTP error; ``code`` is the provider's own word for it, where it has one."""
 
     status: int
     message: str = "an error of the provider"
+    code: str | None = None
     headers: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -127,7 +128,7 @@ class Provider:
 
     def error(self, turn: Fails) -> Body:
         """The provider's JSON for an error."""
-        return {"error": {"message": turn.message, "type": "error", "code": str(turn.status)}}
+        return {"error": {"message": turn.message, "type": "error", "code": turn.code or str(turn.status)}}
 
 
 def _handler_for(provider: Provider) -> type[BaseHTTPRequestHandler]:

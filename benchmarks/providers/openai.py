@@ -10,19 +10,24 @@ from providers.base import Body, Provider, Says
 from providers.images import check_data_url
 from providers.schemas import check_tool
 
+ASSISTANT_FIELDS = frozenset({"role", "content", "name", "tool_calls", "refusal", "audio"})
 _LONGEST_ID = 40
 _FIELDS = {
     "system": {"role", "content", "name"},
     "developer": {"role", "content", "name"},
     "user": {"role", "content", "name"},
-    "assistant": {"role", "content", "name", "tool_calls", "refusal", "audio"},
+    "assistant": ASSISTANT_FIELDS,
     "tool": {"role", "content", "tool_call_id", "name"},
 }
 _REASONING = ("o1", "o3", "o4", "gpt-5")
+_USUAL_EFFORTS = frozenset({"low", "medium", "high"})
 
 
 class OpenAI(Provider):
     """Checks the order of results, where images are, and that every schema and argument is an object."""
+
+    streams = False
+    """Whether the model only streams."""
 
     @property
     def url(self) -> str:
@@ -32,14 +37,23 @@ class OpenAI(Provider):
     def check(self, path: str, body: Body) -> None:
         """Raise AssertionError if the request breaks the chat API's rules."""
         assert path == "/v1/chat/completions", path
-        assert not body.get("stream"), "streaming is off"
+        assert bool(body.get("stream")) == self.streams, "streaming is as the model needs it"
         for tool in body.get("tools", []):
             check_tool(**tool["function"])
         if body["model"].startswith(_REASONING):
             assert "max_tokens" not in body, "reasoning models take max_completion_tokens"
+            effort = body.get("reasoning_effort", "medium")
+            assert effort in _efforts_of(body["model"]), f"{body['model']} does not take the effort {effort}"
         else:
             assert "reasoning_effort" not in body, f"{body['model']} does not reason"
         _check_messages(body["messages"])
+
+    def encoded(self, path: str, body: Body, answer: Body) -> tuple[str, bytes]:
+        """The chat completion, in chunks if the request asks for a stream."""
+        if not body.get("stream"):
+            return super().encoded(path, body, answer)
+        lines = [*map(json.dumps, chunks(answer)), "[DONE]"]
+        return "text/event-stream", "".join(f"data: {line}\n\n" for line in lines).encode()
 
     def answer(self, turn: Says, number: int) -> Body:
         """A chat completion."""
@@ -71,6 +85,34 @@ class OpenAI(Provider):
             "choices": [] if turn.silent else [{"index": 0, "message": message, "finish_reason": finish}],
             "usage": usage,
         }
+
+
+def chunks(completion: Body) -> list[Body]:
+    """A chat completion as the chunks of a stream: its message in two pieces, then the end, then the usage."""
+    (choice,) = completion["choices"]
+    message = choice["message"]
+    calls = [{**call, "index": index} for index, call in enumerate(message.get("tool_calls", []))]
+    text = message["content"] or ""
+    deltas = [{"role": "assistant", "content": text[: len(text) // 2]}, {"content": text[len(text) // 2 :]}]
+    deltas += [{"tool_calls": [call]} for call in calls]
+    head = {
+        "id": completion["id"],
+        "object": "chat.completion.chunk",
+        "created": 0,
+        "model": completion["model"],
+    }
+    pieces = [{"index": 0, "delta": delta, "finish_reason": None} for delta in deltas]
+    pieces.append({"index": 0, "delta": {}, "finish_reason": choice["finish_reason"]})
+    return [{**head, "choices": [piece]} for piece in pieces] + [
+        {**head, "choices": [], "usage": completion["usage"]}
+    ]
+
+
+def _efforts_of(model: str) -> frozenset[str]:
+    """The efforts that a reasoning model takes."""
+    if not model.startswith("gpt-5"):
+        return _USUAL_EFFORTS
+    return _USUAL_EFFORTS | ({"none", "xhigh"} if model.startswith("gpt-5.2") else {"minimal"})
 
 
 def _check_messages(messages: list[Body]) -> None:

@@ -8,6 +8,7 @@ Interrupt
 ├── StepOver             a frame was saved: the next step starts from a fresh context
 ├── AttemptsUsedUp       the frame's budget is spent: the selector picks among the attempts
 ├── StepFailed           the step goes back to its checkpoint and starts again; counted
+│   ├── ContextExceeded  the conversation is longer than the model takes; twice in a row, the run stops
 │   ├── ReplyCutOff      the reply ran into its token limit
 │   ├── ReplyEmpty       the reply holds neither text nor a tool call
 │   └── ReplyUnreadable  the reply cannot be parsed
@@ -67,6 +68,10 @@ class StepFailed(Interrupt):
     """The step cannot go on from here."""
 
 
+class ContextExceeded(StepFailed):
+    """The conversation is longer than the model takes, without its older pictures too."""
+
+
 class ReplyCutOff(StepFailed):
     """The reply ended at its token limit, so nothing in it can be trusted."""
 
@@ -76,11 +81,14 @@ class ReplyEmpty(StepFailed):
 
 
 class ReplyUnreadable(StepFailed):
-    """The provider or the client could not parse the reply; ``usage`` is what it cost all the same."""
+    """The provider or the client could not parse the reply; ``usage`` is what it cost all the same, ``text`` what it
+    says, if anything.
+    """
 
-    def __init__(self, reason: str, usage: Usage = NO_USAGE) -> None:
+    def __init__(self, reason: str, usage: Usage = NO_USAGE, text: str = "") -> None:
         super().__init__(reason)
         self.usage = usage
+        self.text = text
 
 
 class RunStopped(Interrupt):

@@ -2,7 +2,7 @@
 
 import base64
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from folding_schemas.pictures import PictureRole
@@ -129,6 +129,13 @@ class Message:
     def pictures(self) -> tuple[Picture, ...]:
         """What a model sees."""
         return self.shown if self.result is None else self.result.pictures
+
+    def showing(self, pictures: "tuple[Picture, ...]", note: str) -> "Message":
+        """The message with these pictures instead of its own, and a line that says so."""
+        if self.result is None:
+            return replace(self, said=f"{self.said}\n{note}".strip(), shown=pictures)
+        notes = (*self.result.notes, note)
+        return replace(self, result=replace(self.result, pictures=pictures, notes=notes))
 
     @property
     def is_error(self) -> bool:

@@ -63,6 +63,12 @@ SETTINGS: Mapping[str, Any] = {
         ),
     ],
     "thinking_budget": Annotated[int | None, typer.Option(help="Thinking tokens for one query.")],
+    "max_tokens": Annotated[int | None, typer.Option(help="Most tokens of one reply, thinking included.")],
+    "timeout": Annotated[float | None, typer.Option(help="Seconds to wait for one reply.")],
+    "retries": Annotated[int | None, typer.Option(min=0, help="How often a query that fails is sent again.")],
+    "max_wait": Annotated[
+        float | None, typer.Option(help="Longest wait for the provider, in seconds; beyond it the run stops.")
+    ],
     "tools": Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")],
     "keep_images": Annotated[
         bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")

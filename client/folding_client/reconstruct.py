@@ -16,7 +16,7 @@ from folding_schemas.results import CheckpointRestored, RunInfo
 from pydantic import ValidationError
 
 from folding_client.assembly import RoleModels, make_role_models, make_worker, needed_tools
-from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.interrupts import RunStopped, StepFailed, ToolRefused, UsageError
 from folding_client.models.requirements import require_models
 from folding_client.outputs import write_outputs
 from folding_client.progress import Progress
@@ -125,7 +125,7 @@ def _require_redacted_anew(path: Path, given: dict[str, Any], settings: Settings
 def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Settings:
     """The recorded settings with what is given now; models and variant cannot change."""
     try:
-        before = Settings.model_validate(recorded["defaulted"] | recorded["given"])
+        Settings.model_validate(recorded["given"])
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -136,9 +136,10 @@ def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Setting
         raise UsageError(message) from error
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
     for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
-        if name in given and given[name] != getattr(before, name):
+        before = recorded["given"].get(name, recorded["defaulted"].get(name))
+        if name in given and given[name] != before:
             message = (
-                f"{path} was made with {name} {getattr(before, name)}, not {given[name]}; "
+                f"{path} was made with {name} {before}, not {given[name]}; "
                 f"resume it without that option, or start a new run."
             )
             raise UsageError(message)
@@ -185,7 +186,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         role_models = make_role_models(job.settings, recorder)
         async with run_server(job, recorder) as server:
             return await _worked(job, role_models, server, recorder, progress)
-    except (RunStopped, ToolRefused) as stop:
+    except (RunStopped, StepFailed, ToolRefused) as stop:
         return _ended(recorder, "stopped", str(stop))
     except asyncio.CancelledError:
         _ended(recorder, "interrupted", "interrupted; resume to go on")
@@ -206,7 +207,7 @@ async def _worked(
     )
     try:
         info = await in_time(worker.run(), job.settings.max_time, recorder.seconds)
-    except (RunStopped, ToolRefused) as stop:
+    except (RunStopped, StepFailed, ToolRefused) as stop:
         recorder.event("stopped", cause=type(stop).__name__, reason=str(stop))
         if worker.simulates:
             await _save_what_is_there(server, recorder)

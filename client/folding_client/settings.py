@@ -44,12 +44,19 @@ class Settings(BaseModel):
     prices: str | None = None
     max_queries: int = Field(default=300, ge=1)
     thinking_budget: int = Field(default=8192, ge=0)
-    max_tokens: int = Field(default=16384, ge=1)
+    max_tokens: int = Field(default=32768, ge=1)
     failures_per_step: int = Field(default=10, ge=1)
     timeout: float = Field(default=600.0, gt=0)
     api_base: str | None = None
     server_url: str | None = None
     retries: RetryPolicy = RetryPolicy()
+    max_wait: float | None = Field(default=None, ge=0)
+
+    @field_validator("retries", mode="before")
+    @classmethod
+    def _tries_of(cls, given: object) -> object:
+        """A number is how often a query is sent again after its first try."""
+        return {"tries": given + 1} if isinstance(given, int) else given
 
     @model_validator(mode="after")
     def _is_no_hybrid_without_tools(self) -> "Settings":
@@ -83,13 +90,19 @@ class Settings(BaseModel):
                 "and more"
             )
             raise ValueError(message)
-        if self.thinking_budget >= self.max_tokens:
+        if self.thinking_budget >= self.max_tokens and "thinking_budget" in self.model_fields_set:
             message = (
                 f"A thinking budget of {self.thinking_budget} tokens leaves nothing of the {self.max_tokens} that a "
                 "reply may have: give less"
             )
             raise ValueError(message)
         return self
+
+    @property
+    def retry_policy(self) -> RetryPolicy:
+        """The policy of ``retries``, which waits no longer than ``max_wait`` where that is given."""
+        longest = {} if self.max_wait is None else {"longest_wait": self.max_wait}
+        return self.retries.model_copy(update=longest)
 
     def role(self, role: ModelRole) -> str:
         """The model id for a role."""

@@ -66,7 +66,7 @@ class RecordedTotals(RecordPart):
 
 
 class RunRecord(RecordPart):
-    """``run.json``. ``models`` and ``totals`` are by role, ``decided`` and ``fits`` by frame."""
+    """``run.json``. ``models``, ``requests`` and ``totals`` are by role, ``decided`` and ``fits`` by frame."""
 
     format: Literal[1]
     created: str
@@ -76,6 +76,7 @@ class RunRecord(RecordPart):
     versions: dict[str, str]
     run_id: str | None = None
     server_version: str | None = None
+    requests: dict[str, dict[str, Any]] = {}
     outcome: RecordedOutcome
     decided: dict[str, str]
     fits: dict[str, RecordedFit]

@@ -28,12 +28,15 @@ from folding_server.command_options import (
     ShowVersion,
     TokenFile,
     ToolsOffered,
+    VisionQueue,
+    VisionWorkers,
     file_to_write,
 )
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
+from folding_server.workers.job_queue import WAITING
 
 if TYPE_CHECKING:
     from folding_schemas.actions import Program
@@ -83,6 +86,8 @@ def serve(
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
     limit: Limit = None,
+    vision_workers: VisionWorkers = None,
+    vision_queue: VisionQueue = WAITING,
     _version: ShowVersion = False,
 ) -> None:
     """Serve the protocol over stdio, or over HTTP with --http."""
@@ -90,6 +95,7 @@ def serve(
         return
     from folding_server.mcp.context import AppContext, ServerSettings
     from folding_server.store.limits import parse_limits
+    from folding_server.workers.worker_pool import usual_workers
 
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
@@ -107,6 +113,8 @@ def serve(
         tool_set=tools,
         read_only=read_only,
         limits=parse_limits(limit or ()),
+        vision_workers=usual_workers() if vision_workers is None else vision_workers,
+        vision_queue=vision_queue,
     )
     with AppContext(settings) as app:
         if http is None:

@@ -58,8 +58,23 @@ Limit = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=N",
-        help="The most that each owner of tokens may have: runs, megabytes, or vision-seconds a day; may be repeated.",
+        help="The most that each owner of tokens may have: runs, megabytes, vision-seconds a day, vision-at-once "
+        "and vision-waiting calls; may be repeated.",
     ),
+]
+VisionWorkers = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=0,
+        max=64,
+        show_default=False,
+        help="Processes that compute long calls, of up to 400 MB each; 0 computes in the server itself. Left out, one for each "
+        "core, at most 2.",
+    ),
+]
+VisionQueue = Annotated[
+    int, typer.Option(metavar="N", min=0, max=10_000, help="Long calls that may wait for a worker.")
 ]
 
 ShowVersion = Annotated[bool, version_option("foldingagent-server")]

@@ -81,20 +81,12 @@ def _moves(message: Message) -> bool:
 def _without(message: Message, replaced: set[PictureContent], moved: bool) -> Message:
     """The message without the pictures of what was ``replaced``; without its film if the paper moved."""
     if moved and any(picture.role == "filmstrip" for picture in message.pictures):
-        return _noted(message, (), "Film left out, since the paper has moved; call again to see it.")
+        return message.showing((), "(Film left out, since the paper has moved; call again to see it.)")
     if not replaced:
         return message
     pictures = tuple(picture for picture in message.pictures if _content(picture) not in replaced)
     subjects = ", ".join(sorted(subject for subject, _ in replaced))
-    return _noted(message, pictures, f"Left out, since a newer one follows: {subjects}.")
-
-
-def _noted(message: Message, pictures: tuple[Picture, ...], note: str) -> Message:
-    """The message with these pictures instead of its own, and a line that says so."""
-    if message.result is None:
-        return replace(message, said=f"{message.said}\n({note})".strip(), shown=pictures)
-    result = replace(message.result, pictures=pictures, notes=(*message.result.notes, f"({note})"))
-    return replace(message, result=result)
+    return message.showing(pictures, f"(Left out, since a newer one follows: {subjects}.)")
 
 
 def _content(picture: Picture) -> PictureContent:

@@ -19,6 +19,7 @@ from folding_client.agent.opening import opening
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
+    ContextExceeded,
     NothingCalled,
     ReplyCutOff,
     ReplyEmpty,
@@ -37,6 +38,8 @@ from folding_client.search.hybrid import HybridSolver
 
 SILENT_REPLIES = 3
 """So many replies in a row without a tool call rewind the context to before them."""
+CONTEXTS_EXCEEDED = 2
+"""So many conversations in a row that are too long for the model end the run: the third would be no shorter."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ class Agent:
         self._solver = solver
         self._history: dict[int, CheckpointState] = {}
         self._failed = 0
+        self._too_long = 0
 
     async def run(self) -> RunInfo:
         """Work until every frame is saved. RunStopped or ToolRefused if something ends the run before."""
@@ -97,7 +101,7 @@ class Agent:
                 raise AttemptsUsedUp(frame)
             await self._converse(info, await self._found(info))
         except StepOver as over:
-            self._failed = 0
+            self._failed = self._too_long = 0
             self._recorder.event("step_over", frame=over.frame, complete=over.complete, by=over.by)
         except AttemptsUsedUp as spent:
             self._failed = 0
@@ -196,6 +200,10 @@ class Agent:
         if info.pending and frame > 1:
             await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=(info.next_frame or 0) - 1)
         self._recorder.event("rolled_back", frame=frame, cause=type(failure).__name__, reason=str(failure))
+        self._too_long = self._too_long + 1 if isinstance(failure, ContextExceeded) else 0
+        if self._too_long == CONTEXTS_EXCEEDED:
+            message = f"{str(failure).capitalize()} twice in a row; start a run with a model of more context, or --tools paper."
+            raise StepHopeless(message)
         self._count_failure(str(failure))
 
     def _count_failure(self, why: str) -> None:

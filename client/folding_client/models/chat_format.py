@@ -1,52 +1,72 @@
 """Our conversations in the chat format that litellm translates for every provider.
 
-Providers differ in three places that matter here: whether a tool's result may hold pictures, what of a reply
-has to come back untouched (thinking blocks, thought signatures), and whether a cache has to be asked for.
+Models differ in two places that matter here: whether a tool's result may hold pictures, and whether a cache has to be asked
+for. What a reply held that has to come back untouched (thinking blocks, thought signatures, reasoning details and items)
+comes back by what it held, whoever the provider is: a model is reached through many.
 """
 
 import json
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from folding_client.messages import JsonObject, Message, Picture, ToolCall, ToolSpec
+from folding_client.models.model_entry import ModelEntry
 from folding_client.models.portable_schema import portable
+from folding_client.models.text_calls import told_in_text
 
 Chat = list[JsonObject]
 _CACHED = {"cache_control": {"type": "ephemeral"}}
+_PICTURES_FOR_CLAUDE = frozenset({"anthropic", "azure_ai", "bedrock", "vertex_ai"})
+_PICTURES_FOR_GEMINI = frozenset({"gemini", "vertex_ai", "vertex_ai_beta"})
+_OLDER_GEMINI = re.compile(r"gemini-[12](\D|$)")
+
+_TRANSLATED = ("thinking_blocks", "reasoning_items")
+"""What litellm translates from every provider and back, under these names."""
+_OWN_FIELDS = ("reasoning_details", "extra_content")
+"""Fields of a provider's own, which litellm moves into ``provider_specific_fields``, from where they go back."""
+_SIGNATURES = ("thought_signatures", "compaction_blocks")
+"""What litellm finds in ``provider_specific_fields`` when it translates a reply back."""
+_CALL_FIELDS = frozenset({"id", "type", "function", "index"})
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a provider wants a conversation. ``echoed`` are the fields of its replies that go back as they
-    came.
-    """
+    """How a model wants a conversation at its provider."""
 
     pictures_in_results: bool = False
     cache_marks: bool = False
-    echoed: tuple[str, ...] = ()
-    thinking: str | None = None
 
 
-ANTHROPIC = Dialect(
-    pictures_in_results=True, cache_marks=True, echoed=("thinking_blocks",), thinking="budget"
-)
-GEMINI = Dialect(
-    pictures_in_results=True, echoed=("thinking_blocks", "provider_specific_fields"), thinking="budget"
-)
-OPENAI = Dialect(thinking="effort")
-
-_DIALECTS = {"anthropic": ANTHROPIC, "gemini": GEMINI, "vertex_ai": GEMINI, "vertex_ai_beta": GEMINI}
-_OLDER_GEMINI = re.compile(r"gemini-[12](\D|$)")
-
-
-def dialect_of(provider: str, model: str) -> Dialect:
-    """The dialect of a litellm provider's model; providers not known better speak OpenAI's. Before version 3,
-    Gemini takes no pictures in results.
+def dialect_of(entry: ModelEntry) -> Dialect:
+    """The dialect of a model. Before version 3, Gemini takes no pictures in results; Claude's cache is asked for wherever
+    it is served.
     """
-    dialect = _DIALECTS.get(provider, OPENAI)
-    return replace(dialect, pictures_in_results=False) if _OLDER_GEMINI.search(model) else dialect
+    if entry.is_claude:
+        return Dialect(entry.provider in _PICTURES_FOR_CLAUDE, cache_marks=True)
+    return Dialect(entry.provider in _PICTURES_FOR_GEMINI and not _OLDER_GEMINI.search(entry.name))
+
+
+def held_by(message: Mapping[str, Any]) -> JsonObject:
+    """What of a provider's message has to be kept to give its reply back as it was.
+
+    Thinking that is text alone goes back only if its provider wrote it in ``reasoning_content``; DeepSeek and Moonshot
+    refuse a conversation without it.
+    """
+    fields = message.get("provider_specific_fields") or {}
+    held = {name: message[name] for name in ("tool_calls", *_TRANSLATED) if message.get(name)}
+    held |= {name: fields[name] for name in _OWN_FIELDS if fields.get(name)}
+    signatures = {name: fields[name] for name in _SIGNATURES if fields.get(name)}
+    if signatures:
+        held["provider_specific_fields"] = signatures
+    if (
+        message.get("reasoning_content")
+        and not fields.get("reasoning")
+        and not (held.keys() - {"tool_calls"})
+    ):
+        held["reasoning_content"] = message["reasoning_content"]
+    return held
 
 
 def chat_messages(messages: Sequence[Message], dialect: Dialect) -> Chat:
@@ -57,7 +77,7 @@ def chat_messages(messages: Sequence[Message], dialect: Dialect) -> Chat:
     """
     chat: Chat = []
     waiting: list[Message] = []
-    for message in messages:
+    for message in told_in_text(messages):
         if waiting and message.role != "tool":
             chat.append(_pictures_of(waiting))
             waiting = []
@@ -86,7 +106,7 @@ def chat_tools(tools: Sequence[ToolSpec]) -> Chat:
 
 def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
     if message.role == "assistant":
-        return _reply(message, dialect)
+        return _reply(message)
     if message.role == "tool":
         shown = message.pictures if dialect.pictures_in_results else ()
         return {
@@ -98,25 +118,29 @@ def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
     return {"role": message.role, "content": _content(message.text, message.pictures)}
 
 
-def _reply(message: Message, dialect: Dialect) -> JsonObject:
-    native = message.native or {}
-    reply: JsonObject = {"role": "assistant", "content": message.text if message.text.strip() else None}
-    reply |= {name: native[name] for name in dialect.echoed if native.get(name)}
+def _reply(message: Message) -> JsonObject:
+    held = dict(message.native or {})
+    calls = held.pop("tool_calls", [])
+    reply: JsonObject = {
+        "role": "assistant",
+        "content": message.text if message.text.strip() else None,
+        **held,
+    }
     if message.tool_calls:
-        extras = {call["id"]: call.get("provider_specific_fields") for call in native.get("tool_calls") or []}
+        extras = [{name: call[name] for name in call.keys() - _CALL_FIELDS} for call in calls]
+        extras += [{}] * (len(message.tool_calls) - len(extras))
         reply["tool_calls"] = [
-            _call(call, extras.get(call.id) if dialect.echoed else None) for call in message.tool_calls
+            _call(call) | extra for call, extra in zip(message.tool_calls, extras, strict=False)
         ]
     return reply
 
 
-def _call(call: ToolCall, extras: JsonObject | None) -> JsonObject:
-    entry: JsonObject = {
+def _call(call: ToolCall) -> JsonObject:
+    return {
         "id": call.id,
         "type": "function",
         "function": {"name": call.name, "arguments": _valid(call.arguments)},
     }
-    return entry | {"provider_specific_fields": extras} if extras else entry
 
 
 def _valid(arguments: str) -> str:

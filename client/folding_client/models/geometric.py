@@ -35,7 +35,13 @@ class GeometricModel:
         self._keep = keep
         self._search = FrameSearch(self.state, SearchOptions(consults=consults))
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
+    async def query(
+        self,
+        messages: Sequence[Message],
+        tools: Sequence[ToolSpec],  # noqa: ARG002
+        *,
+        json_mode: bool = False,  # noqa: ARG002
+    ) -> Reply:
         """The next calls, given the results of the last ones; a context without a reply begins a step.
 
         StepHopeless if nothing can be done at a frame.

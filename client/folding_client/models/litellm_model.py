@@ -7,19 +7,23 @@ from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
-from folding_client.interrupts import ProviderRefused, ReplyCutOff, ReplyUnreadable, UsageError
-from folding_client.messages import JsonObject, Message, Reply, ToolCall, ToolSpec, Usage
-from folding_client.models.chat_format import Dialect, chat_messages, chat_tools, dialect_of
+from folding_client.interrupts import ContextExceeded, Interrupt, ProviderRefused, UsageError
+from folding_client.messages import JsonObject, Message, Reply, ToolSpec
+from folding_client.models.chat_format import chat_messages, chat_tools, dialect_of
+from folding_client.models.model_entry import ModelEntry, facts_of
+from folding_client.models.provider_errors import RequestUnfit, content_filtered, meaning, no_pictures
+from folding_client.models.reply_reading import read_reply
+from folding_client.models.request_form import RequestForm
 from folding_client.models.retries import Transient, with_retries
-from folding_client.record.redaction import redact
+from folding_client.models.thinking import thinking_request
 from folding_client.settings import Settings
 
-_ECHOED = ("tool_calls", "thinking_blocks", "provider_specific_fields")
-_UNREADABLE = frozenset({"malformed_function_call", "MALFORMED_FUNCTION_CALL", "UNEXPECTED_TOOL_CALL"})
-_EFFORTS = ((0, "none"), (2048, "low"), (8192, "medium"))
-_LONGEST_REASON = 300
-_GARBLED = "converting to valid response"
-"""litellm's words where an answer of Gemini's is cut off; it calls that a bad request."""
+_JSON_MODE = {"response_format": {"type": "json_object"}}
+_FILTERED = "content_filter"
+_SENT_NO_PICTURES = frozenset({"deepseek"})
+"""Providers to which litellm sends a conversation without its pictures, and says nothing."""
+_OURS = frozenset({"api_base", "num_retries", "max_retries", "drop_params"})
+"""The options of a query that decide nothing about the answer."""
 
 
 @cache
@@ -40,7 +44,7 @@ def litellm() -> ModuleType:
 class LitellmModel:
     """A provider's model. ``note`` is told of each wait before a query is sent again.
 
-    UsageError if litellm knows no such provider.
+    UsageError if litellm knows no such provider, or the model takes no pictures.
     """
 
     def __init__(self, name: str, settings: Settings, note: Callable[[str, float], None]) -> None:
@@ -48,163 +52,123 @@ class LitellmModel:
         self._id = name.removeprefix("litellm/")
         self._settings = settings
         self._note = note
-        self._provider = _provider(self._id)
-        self._dialect = dialect_of(self._provider, self._id)
-        self._options = _options(self._id, settings, self._dialect)
+        self._entry = _entry(self._id)
+        self._dialect = dialect_of(self._entry)
+        self._form = RequestForm()
+        if self._entry.facts.get("supports_vision") is False or self._entry.provider in _SENT_NO_PICTURES:
+            raise UsageError(str(no_pictures(self._id, "litellm's table of models says so")))
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:
-        """The model's reply. ProviderDown when the retries are spent, ProviderRefused at once if they are
-        useless, ReplyUnreadable or ReplyCutOff if the provider answers with something that is no reply.
+    @property
+    def sent(self) -> JsonObject:
+        """What every query carries beside the conversation, as far as it decides how the model answers."""
+        options = self._options(self._form)
+        return {name: options[name] for name in options if name not in _OURS}
+
+    async def query(
+        self, messages: Sequence[Message], tools: Sequence[ToolSpec], *, json_mode: bool = False
+    ) -> Reply:
+        """The model's reply, in JSON alone with ``json_mode`` where the provider has it.
+
+        ProviderDown when the retries are spent, ProviderRefused at once if they are useless, ContextExceeded if the
+        conversation is too long even without its older pictures, ReplyUnreadable if the provider answers with
+        something that is no reply.
         """
-        request = {"model": self._id, "messages": chat_messages(messages, self._dialect), **self._options}
-        if tools:
+        form = self._form
+        request = self._request(form, messages, tools, json_mode)
+        while True:
+            try:
+                response = await with_retries(
+                    self._settings.retry_policy, partial(self._ask, request), self._note
+                )
+            except RequestUnfit as unfit:
+                again = form.changed(unfit.change)
+                other = self._request(again, messages, tools, json_mode)
+                if again == form or (other == request and not again.filtered):
+                    raise _stop(unfit, messages) from unfit
+                self._note(str(unfit), 0.0)
+                form, request = again, other
+            else:
+                self._form = form.kept()
+                return read_reply(response, messages, tools)
+
+    def _request(
+        self, form: RequestForm, messages: Sequence[Message], tools: Sequence[ToolSpec], json_mode: bool
+    ) -> JsonObject:
+        sent = form.messages(messages, tools)
+        request = {"model": self._id, "messages": chat_messages(sent, self._dialect), **self._options(form)}
+        if tools and not form.tools_in_text:
             request["tools"] = chat_tools(tools)
-        return _reply(await with_retries(self._settings.retries, partial(_send, request), self._note))
+        if json_mode and self._entry.has_json_mode and "response_format" not in form.without:
+            request |= _JSON_MODE
+        if form.streams:
+            request |= {"stream": True, "stream_options": {"include_usage": True}}
+        return request
+
+    def _options(self, form: RequestForm) -> JsonObject:
+        """What every query of a model carries; no retries inside litellm, so that ours are the only ones."""
+        longest = form.longest_reply(self._entry.longest_reply(self._settings.max_tokens))
+        options: JsonObject = {
+            "timeout": self._settings.timeout,
+            "max_tokens": longest,
+            "num_retries": 0,
+            "max_retries": 0,
+            "drop_params": True,
+        }
+        if self._settings.api_base:
+            options["api_base"] = self._settings.api_base
+        thinking = thinking_request(self._entry, self._settings.thinking_budget, longest)
+        unwanted = form.without | ({"extra_body"} if "reasoning" in form.without else set())
+        return options | {name: value for name, value in thinking.items() if name not in unwanted}
+
+    async def _ask(self, request: JsonObject) -> Any:  # noqa: ANN401
+        """One request; what may pass is ``Transient``, what another form may do about ``RequestUnfit``."""
+        try:
+            response = await litellm().acompletion(**request)
+            if request.get("stream"):
+                response = litellm().stream_chunk_builder(
+                    [chunk async for chunk in response], request["messages"]
+                )
+        except (*litellm().LITELLM_EXCEPTION_TYPES, ImportError) as error:
+            self._need_a_key(error)
+            raise meaning(self._id, error) from error
+        if response is None:
+            message = "the provider's stream held nothing"
+            raise Transient(message)
+        if response.choices and response.choices[0].finish_reason == _FILTERED:
+            raise content_filtered(self._id, "it withheld the reply")
+        return response
+
+    def _need_a_key(self, error: Exception) -> None:
+        """ProviderRefused if a key that is not set is what an error names: litellm calls that a failure of the connection."""
+        missing = litellm().validate_environment(self._id)["missing_keys"]
+        named = [name for name in missing if name in str(error)]
+        if named:
+            message = f"The provider of {self._id} needs a key: set {' or '.join(named)} in the environment, then resume."
+            raise ProviderRefused(message) from error
 
 
-def _provider(model: str) -> str:
+def _stop(unfit: RequestUnfit, messages: Sequence[Message]) -> Interrupt:
+    """What ends a query that was refused in every form. A conversation that is too long before its first reply is no
+    shorter if the step begins anew.
+    """
+    if isinstance(unfit.stop, ContextExceeded) and all(message.role != "assistant" for message in messages):
+        reason = str(unfit.stop)
+        message = f"{reason[:1].upper()}{reason[1:]} as it begins. Start a run with a model of more context, or --tools paper."
+        return ProviderRefused(message)
+    return unfit.stop
+
+
+def _entry(model: str) -> ModelEntry:
     module = litellm()
     try:
-        return str(module.get_llm_provider(model)[1])
+        name, provider = module.get_llm_provider(model)[:2]
     except module.exceptions.BadRequestError as error:
         message = (
             f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as "
             "gemini/NAME."
         )
         raise UsageError(message) from error
-
-
-def _options(model: str, settings: Settings, dialect: Dialect) -> JsonObject:
-    """What every query of a model carries; no retries inside litellm, so that ours are the only ones."""
-    options: JsonObject = {
-        "timeout": settings.timeout,
-        "max_tokens": settings.max_tokens,
-        "num_retries": 0,
-        "max_retries": 0,
-        "drop_params": True,
-    }
-    if settings.api_base:
-        options["api_base"] = settings.api_base
-    if not litellm().supports_reasoning(model):
-        return options
-    if dialect.thinking == "budget" and settings.thinking_budget:
-        options["thinking"] = {"type": "enabled", "budget_tokens": settings.thinking_budget}
-    elif dialect.thinking == "effort":
-        options["reasoning_effort"] = next(
-            (word for limit, word in _EFFORTS if settings.thinking_budget <= limit), "high"
-        )
-    return options
-
-
-async def _send(request: JsonObject) -> Any:  # noqa: ANN401
-    """One request; what may pass is ``Transient``, what will not is raised for good."""
-    module = litellm()
-    errors = module.exceptions
-    try:
-        return await module.acompletion(**request)
-    except errors.ContextWindowExceededError as error:
-        message = f"the conversation is longer than the model takes ({_reason(error)})"
-        raise ReplyCutOff(message) from error
-    except (errors.AuthenticationError, errors.PermissionDeniedError) as error:
-        message = (
-            f"The provider of {request['model']} refuses the key: {_reason(error)}. Check it, then resume."
-        )
-        raise ProviderRefused(message) from error
-    except errors.NotFoundError as error:
-        message = (
-            f"The provider does not know the model {request['model']}: {_reason(error)}. Check the name."
-        )
-        raise ProviderRefused(message) from error
-    except (
-        errors.RateLimitError,
-        errors.InternalServerError,
-        errors.ServiceUnavailableError,
-        errors.Timeout,
-        errors.APIConnectionError,
-        errors.BadGatewayError,
-    ) as error:
-        _need_a_key(request["model"], error)
-        raise Transient(_reason(error), _retry_after(error)) from error
-    except errors.BadRequestError as error:
-        if _GARBLED in str(error):
-            raise Transient(_reason(error)) from error
-        message = f"The provider of {request['model']} refuses the request: {_reason(error)}."
-        raise ProviderRefused(message) from error
-    except errors.APIError as error:
-        raise Transient(_reason(error), _retry_after(error)) from error
-
-
-def _need_a_key(model: str, error: Exception) -> None:
-    """ProviderRefused if a key that is not set is what an error names: litellm calls that a failure of the connection."""
-    missing = litellm().validate_environment(model)["missing_keys"]
-    named = [name for name in missing if name in str(error)]
-    if named:
-        message = (
-            f"The provider of {model} needs a key: set {' or '.join(named)} in the environment, then resume."
-        )
-        raise ProviderRefused(message) from error
-
-
-def _reason(error: Exception) -> str:
-    """The provider's words on one line, short, without keys."""
-    words = " ".join(redact(str(error)).split()).rstrip(".")
-    return words if len(words) <= _LONGEST_REASON else words[:_LONGEST_REASON] + " ..."
-
-
-def _retry_after(error: Exception) -> float | None:
-    """The seconds a provider asks to wait, if it does and in seconds."""
-    response = getattr(error, "response", None)
-    for headers in (getattr(error, "litellm_response_headers", None), getattr(response, "headers", None)):
-        value = headers.get("retry-after") if headers else None
-        if value is not None:
-            try:
-                return float(value)
-            except ValueError:
-                return None
-    return None
-
-
-def _reply(response: Any) -> Reply:  # noqa: ANN401
-    if not response.choices:
-        message = "the provider's answer holds no reply"
-        raise ReplyUnreadable(message, _usage(response))
-    choice = response.choices[0]
-    reason = choice.finish_reason or "stop"
-    fields = getattr(choice, "provider_specific_fields", None) or {}
-    if reason in _UNREADABLE or fields.get("native_finish_reason") in _UNREADABLE:
-        message = "the model wrote a tool call that its provider could not read"
-        raise ReplyUnreadable(message, _usage(response))
-    native = choice.message.model_dump(exclude_none=True)
-    calls = tuple(
-        ToolCall(call["id"], call["function"].get("name") or "", call["function"].get("arguments") or "{}")
-        for call in native.get("tool_calls") or []
-    )
-    return Reply(
-        native.get("content") or "",
-        calls,
-        native.get("reasoning_content") or "",
-        reason,
-        _usage(response),
-        {name: native[name] for name in _ECHOED if native.get(name)},
-    )
-
-
-def _usage(response: Any) -> Usage:  # noqa: ANN401
-    usage = getattr(response, "usage", None)
-    if usage is None:
-        return Usage()
-    read = getattr(usage, "prompt_tokens_details", None)
-    written = getattr(usage, "completion_tokens_details", None)
-    return Usage(
-        usage.prompt_tokens or 0,
-        usage.completion_tokens or 0,
-        getattr(read, "cached_tokens", None) or 0,
-        getattr(written, "reasoning_tokens", None) or 0,
-        _cost(response),
-    )
-
-
-def _cost(response: Any) -> float | None:  # noqa: ANN401
-    """The price by litellm's list; None for a model that is not on it."""
-    cost = getattr(response, "_hidden_params", {}).get("response_cost")
-    return None if cost is None else float(cost)
+    parameters = module.get_supported_openai_params(name, custom_llm_provider=provider) or ()
+    facts = facts_of(model, module.model_cost)
+    reasons = bool(facts.get("supports_reasoning") or module.supports_reasoning(model))
+    return ModelEntry(str(provider), str(name), facts, frozenset(parameters), reasons)

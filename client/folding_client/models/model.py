@@ -15,6 +15,10 @@ class Model(Protocol):
 
     name: str
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:
-        """The reply to a conversation, given the tools on offer."""
+    async def query(
+        self, messages: Sequence[Message], tools: Sequence[ToolSpec], *, json_mode: bool = False
+    ) -> Reply:
+        """The reply to a conversation, given the tools on offer; JSON alone with ``json_mode``, if the model can be held
+        to it.
+        """
         ...

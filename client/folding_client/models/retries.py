@@ -51,9 +51,8 @@ async def with_retries(
             with attempt:
                 return await send()
     except Transient as failure:
-        message = (
-            f"The provider failed {policy.tries} times, the last time: {failure}; resume when it is back."
-        )
+        often = "once" if policy.tries == 1 else f"{policy.tries} times, the last time"
+        message = f"The provider failed {often}: {failure}; resume when it is back."
         if failure.retry_after is not None and failure.retry_after > policy.longest_wait:
             message = f"The provider asks to wait {failure.retry_after:.0f} s ({failure}); resume after that."
         raise ProviderDown(message) from failure

@@ -61,7 +61,13 @@ class ScriptedModel:
     said: Callable[[], int] = int
     position: int | None = None
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:  # noqa: ARG002
+    async def query(
+        self,
+        messages: Sequence[Message],  # noqa: ARG002
+        tools: Sequence[ToolSpec],  # noqa: ARG002
+        *,
+        json_mode: bool = False,  # noqa: ARG002
+    ) -> Reply:
         """The next reply."""
         if self.position is None:
             self.position = self.said()

@@ -44,10 +44,13 @@ class ServerAddress:
     """Seconds that an answer may take."""
 
     def command(self) -> StdioServerParameters:
-        """The process to start. It gets no variable of this environment beyond what a shell needs."""
+        """The process to start. It gets no variable of this environment beyond what a shell needs.
+
+        It sees in its own process: there is one client, whose calls come one after the other.
+        """
+        folders = ("--sequences", str(self.sequences), "--data", str(self.data))
         return StdioServerParameters(
-            command=sys.executable,
-            args=["-m", "folding_server", "--sequences", str(self.sequences), "--data", str(self.data)],
+            command=sys.executable, args=["-m", "folding_server", *folders, "--vision-workers", "0"]
         )
 
 

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from folding_client.interrupts import ReplyUnreadable
 from folding_client.messages import Message, Picture, system, user
 from folding_client.protocol.server_client import ServerClient
-from folding_client.roles.reply_parsing import CriticReply, read_form
+from folding_client.roles.reply_parsing import NO_ANCHOR, CriticReply, read_form, with_words
 from folding_client.roles.reply_repair import read_answer
 from folding_client.roles.role_client import RoleClient
 
@@ -48,12 +48,12 @@ class CriticCase:
 @dataclass(frozen=True)
 class Judgement:
     """A critic's answer; ``verdict`` is None if it gave none that can be read, and ``analysis`` then says
-    why.
+    why, and what the critic wrote.
     """
 
     verdict: Verdict | None
     analysis: str
-    anchor_check: str = "no anchor provided"
+    anchor_check: str = NO_ANCHOR
     discrepancies: tuple[str, ...] = ()
 
 
@@ -78,9 +78,7 @@ class GeometricCritic:
             f"The diagram agrees with the photo in {comparison.agreement:.1%} of the pixels; "
             f"the outlines are {comparison.outline_distance:.4f} of the sheet's side apart."
         )
-        anchor = (
-            "no anchor provided" if case.anchor is None else "a geometric comparison cannot check an anchor"
-        )
+        anchor = NO_ANCHOR if case.anchor is None else "a geometric comparison cannot check an anchor"
         return Judgement(comparison.verdict, analysis, anchor, tuple(comparison.discrepancies))
 
 
@@ -94,10 +92,15 @@ class ModelCritic:
         """The model's verdict; a reply that cannot be read is sent back once."""
         try:
             form = await read_answer(
-                self._role_client, _case_messages(case), partial(read_form, CriticReply), _repair
+                self._role_client,
+                _case_messages(case),
+                partial(read_form, CriticReply),
+                _repair,
+                json_mode=True,
             )
         except ReplyUnreadable as reason:
-            return Judgement(None, f"The critic gave no verdict that can be read, twice ({reason}).")
+            unread = f"The critic gave no verdict that can be read, twice ({reason})."
+            return Judgement(None, with_words(unread, reason.text))
         return Judgement(form.verdict, form.analysis, form.anchor_check, tuple(form.discrepancies))
 
 

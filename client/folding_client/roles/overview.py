@@ -11,7 +11,7 @@ from folding_client.interrupts import ReplyUnreadable, ToolRefused
 from folding_client.messages import ToolResult, system, user
 from folding_client.protocol.acting import carry_out
 from folding_client.protocol.server_client import ServerClient
-from folding_client.roles.reply_parsing import OverviewReply, read_form
+from folding_client.roles.reply_parsing import OverviewReply, read_form, with_words
 from folding_client.roles.reply_repair import read_answer
 from folding_client.roles.role_client import RoleClient
 
@@ -91,10 +91,11 @@ class ModelOverview:
             user(prompt("overview/user", frames=overview.text), overview.pictures),
         ]
         try:
-            form = await read_answer(self._role_client, messages, partial(read_form, OverviewReply), _repair)
+            read = partial(read_form, OverviewReply)
+            form = await read_answer(self._role_client, messages, read, _repair, json_mode=True)
         except ReplyUnreadable as reason:
             unread = f"The overview critic gave no analysis that can be read ({reason})."
-            return OverviewAnalysis(None, None, (), unread, readable=False)
+            return OverviewAnalysis(None, None, (), with_words(unread, reason.text), readable=False)
         return OverviewAnalysis(
             form.last_correct_frame,
             form.first_suspicious_frame,

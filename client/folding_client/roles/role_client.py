@@ -38,7 +38,12 @@ class RoleClient:
         return totals.queries if totals else 0
 
     async def query(
-        self, messages: Sequence[Message], tools: Sequence[ToolSpec] = (), new_from: int = 0
+        self,
+        messages: Sequence[Message],
+        tools: Sequence[ToolSpec] = (),
+        new_from: int = 0,
+        *,
+        json_mode: bool = False,
     ) -> Reply:
         """The model's reply. QueriesUsedUp before a query beyond the limit of the role, LimitReached beyond the limits
         of the run; what the model raises is recorded.
@@ -53,7 +58,7 @@ class RoleClient:
         self._recorder.request(self.role, messages, new_from)
         started = time.monotonic()
         try:
-            reply = await self.model.query(messages, tools)
+            reply = await self.model.query(messages, tools, json_mode=json_mode)
         except StepFailed as failure:
             usage = self._pricing(failure.usage) if isinstance(failure, ReplyUnreadable) else NO_USAGE
             self._recorder.unreadable(self.role, str(failure), usage, time.monotonic() - started)

@@ -108,7 +108,8 @@ class PatternPerStep:
         )
         messages = [about, *self.examples, user(step, (*before, *after))]
         try:
-            return await read_answer(self.role_client, messages, partial(read_form, PatternReply), _repair)
+            read = partial(read_form, PatternReply)
+            return await read_answer(self.role_client, messages, read, _repair, json_mode=True)
         except ReplyUnreadable as reason:
             message = (
                 f"The model gave no readable crease pattern for frame {frame} ({reason}); resume to ask "

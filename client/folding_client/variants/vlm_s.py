@@ -100,7 +100,7 @@ class PlanPerStep:
         """
         why = ""
         for _ in range(READINGS):
-            reply = await self.role_client.query(messages)
+            reply = await self.role_client.query(messages, json_mode=True)
             messages.append(answered(reply))
             try:
                 plan = read_form(ActionPlan, reply.text)

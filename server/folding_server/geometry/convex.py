@@ -55,7 +55,7 @@ def _separated(first: Polygon, second: Polygon, tolerance: float) -> bool:
         if length > SPECK:
             nx, ny = sign * dy / length, -sign * dx / length
             edge = nx * x0 + ny * y0
-            if min(nx * x + ny * y for x, y in second) >= edge - tolerance:
+            if min([nx * x + ny * y for x, y in second]) >= edge - tolerance:
                 return True
         x0, y0 = x1, y1
     return False

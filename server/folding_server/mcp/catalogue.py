@@ -64,6 +64,11 @@ def tools(
     return [_tool(record) for record in records if record.offered(tool_set, read_only)]
 
 
+def long_tools() -> list[str]:
+    """The names of the tools whose calls can take seconds."""
+    return [record.name for record in RECORDS if record.long]
+
+
 def _tool(record: ToolRecord) -> Tool:
     """One tool. Its schemas come from the signature; a tool with pictures publishes none of its answer."""
     made = Tool.from_function(

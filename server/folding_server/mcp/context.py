@@ -18,12 +18,12 @@ from mcp.server.mcpserver import Context
 
 from folding_server.errors import RunError
 from folding_server.mcp.auth import caller
-from folding_server.mcp.services.observer_cache import ObserverCache
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
 from folding_server.store.limits import NO_LIMITS, OwnerLimits
 from folding_server.store.rules import check_same_sequence
+from folding_server.workers.job_queue import OWNER_WAITING, WAITING, QueueLimits
 
 if TYPE_CHECKING:
     from folding_server.frames.added_sequences import AddedSequences
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from folding_server.store.owners import RunSummary
     from folding_server.store.run_store import RunStore
     from folding_server.store.views import RunView
-    from folding_server.vision.seeing import Eyes
+    from folding_server.workers.worker_pool import WorkerPool
 
 _logger = logging.getLogger(__name__)
 
@@ -47,7 +47,8 @@ class ServerSettings:
     are served from the folders ``sequences`` alone, and those that callers have added from the files below the folders
     ``allowed``, which no other caller may read. ``shared`` is true where many hosts reach one process:
     then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
-    each owner of tokens.
+    each owner of tokens. Long calls are computed by ``vision_workers`` processes, or with 0 by threads of this one;
+    ``vision_queue`` of them may wait.
     """
 
     data: Path
@@ -58,19 +59,23 @@ class ServerSettings:
     tool_set: ToolSelection = "all"
     read_only: bool = False
     limits: OwnerLimits = NO_LIMITS
+    vision_workers: int = 0
+    vision_queue: int = WAITING
 
 
 class AppContext:
     """The shared state of one server process.
 
     Runs live in the store; here are only caches and the newest run. The store and the library are
-    opened when first asked for, so that a server starts without what they load.
+    opened when first asked for, so that a server starts without what they load. ``workers`` may be shared with others: then
+    whoever made them closes them.
     """
 
-    def __init__(self, settings: ServerSettings) -> None:
+    def __init__(self, settings: ServerSettings, workers: "WorkerPool | None" = None) -> None:
         self.settings = settings
         self.replays = ReplayCache()
-        self.observers = ObserverCache()
+        self._shared_workers = workers
+        self._workers: WorkerPool | None = None
         self._store: RunStore | None = None
         self.placing = Lock()
         """Held while an added sequence is given its name and its place."""
@@ -120,6 +125,26 @@ class AppContext:
 
         return AllowedFolders(self.settings.allowed, self.settings.data, short=self.settings.shared)
 
+    @property
+    def workers(self) -> "WorkerPool":
+        """What computes long calls. Processes start when they are first needed."""
+        from folding_server.workers.worker_pool import usual_pool  # noqa: PLC0415
+
+        with self._guard:
+            if self._shared_workers is not None:
+                return self._shared_workers
+            if self._workers is None:
+                limits = self.settings.limits
+                self._workers = usual_pool(
+                    self.settings.vision_workers,
+                    QueueLimits(
+                        self.settings.vision_queue,
+                        OWNER_WAITING if limits.vision_waiting is None else limits.vision_waiting,
+                        limits.vision_at_once,
+                    ),
+                )
+            return self._workers
+
     def prepare(self) -> None:
         """Open the store and the library now, so that what is wrong with them shows before anyone calls."""
         _ = self.store, self.library
@@ -160,7 +185,9 @@ class AppContext:
         run = self.run(run_id)
         if sequence is not None and sequence != run.sequence:
             kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
-            raise RunError(f"Run {run_id} is {kind}, not of {sequence!r}; leave sequence out to resume it.")
+            raise RunError(
+                f"Run {run_id} is {kind}, not of {sequence!r:.80}; leave sequence out to resume it."
+            )
         if run.sequence is not None:
             check_same_sequence(run, self.library.open(run.sequence).fingerprint())
         return self._open(run)
@@ -201,15 +228,6 @@ class AppContext:
         return self.store.list_runs(caller(), limit, before)
 
     @contextmanager
-    def observing(self, photos: "Sequence") -> Iterator["Eyes"]:
-        """The eyes for a sequence, for this caller alone; the time this thread computes meanwhile counts for its owner.
-
-        RunError if the owner has used up today's.
-        """
-        with self.counting_vision(), self.observers.on(photos) as eyes:
-            yield eyes
-
-    @contextmanager
     def counting_vision(self) -> Iterator[None]:
         """Count the time that this thread computes for the caller's owner, where owners have a limit of it.
 
@@ -238,8 +256,11 @@ class AppContext:
         return self.library.open(run.sequence)
 
     def close(self) -> None:
-        """Give back the database's connections."""
+        """Give back the database's connections, and end worker processes."""
         with self._guard:
+            if self._workers is not None:
+                self._workers.close()
+                self._workers = None
             if self._store is not None:
                 self._store.close()
                 self._store = None
@@ -249,7 +270,7 @@ class AppContext:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the store."""
+        """Close the store and the workers."""
         self.close()
 
     def _open(self, run: "RunView") -> "RunView":

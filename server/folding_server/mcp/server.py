@@ -16,7 +16,6 @@ from mcp.server.mcpserver.exceptions import (
     UnexpectedToolError,
 )
 from mcp.server.mcpserver.tools import Tool
-from mcp.server.subscriptions import InMemorySubscriptionBus
 from mcp.shared.exceptions import MCPError
 from mcp.types import (
     INVALID_PARAMS,
@@ -37,24 +36,29 @@ from folding_server.mcp.results import readable
 from folding_server.mcp.services.allowing import ALLOWING
 from folding_server.mcp.services.run_addresses import SEQUENCE_LIST, changed_addresses
 from folding_server.mcp.stdio import answering_stdio
-from folding_server.mcp.subscriptions import Subscriptions
+from folding_server.mcp.subscriptions import ListenerBus, Subscriptions
+from folding_server.mcp.tasks import PROMPT_SECONDS, CallTasks
 from folding_server.mcp.tools.apps import model_app
 
 
 class FoldingServer(MCPServer[AppContext]):
     """An MCP server around one app context. What a caller can mend leaves it as one plain sentence.
 
-    Over HTTP it answers only calls with one of ``tokens``, if there are any.
+    Over HTTP it answers only calls with one of ``tokens``, if there are any. Long calls that have no answer after
+    ``prompt_seconds`` are tasks for clients that have those.
     """
 
-    def __init__(self, app: AppContext, tokens: TokenVerifier | None = None) -> None:
+    def __init__(
+        self, app: AppContext, tokens: TokenVerifier | None = None, prompt_seconds: float = PROMPT_SECONDS
+    ) -> None:
         settings = app.settings
         tools = catalogue.tools(
             settings.tool_set, read_only=settings.read_only, reading_files=bool(settings.allowed)
         )
         self._app = app
-        bus = InMemorySubscriptionBus()
+        bus = ListenerBus()
         self._hosts = Subscriptions(app, bus)
+        self._tasks = CallTasks(catalogue.long_tools(), prompt_seconds)
         self.catalogue: Mapping[str, Tool] = {tool.name: tool for tool in tools}
         super().__init__(
             "foldingagent",
@@ -64,10 +68,10 @@ class FoldingServer(MCPServer[AppContext]):
             icons=[icons.ACTION_ICON],
             tools=tools,
             log_level="WARNING",
-            lifespan=_serving(app),
+            lifespan=_serving(app, self._tasks),
             token_verifier=tokens,
             auth=auth_settings() if tokens else None,
-            extensions=[model_app()],
+            extensions=[model_app(), self._tasks],
             subscriptions=bus,
         )
         self._hosts.register(self._lowlevel_server)
@@ -124,6 +128,8 @@ class FoldingServer(MCPServer[AppContext]):
         await self._log(
             context, "info", f"{tool.name}: {first.text if isinstance(first, TextContent) else ''}"
         )
+        if not self._hosts.heard:
+            return
         if "run_id" not in tool.parameters["properties"]:
             await self._hosts.changed(context, [SEQUENCE_LIST])
             return
@@ -196,12 +202,15 @@ def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str | No
     return None
 
 
-def _serving(app: AppContext) -> Callable[[MCPServer[AppContext]], AbstractAsyncContextManager[AppContext]]:
-    """A lifespan that hands every call the one app context. Whoever made it closes it."""
+def _serving(
+    app: AppContext, tasks: CallTasks
+) -> Callable[[MCPServer[AppContext]], AbstractAsyncContextManager[AppContext]]:
+    """A lifespan that hands every call the one app context, and lets tasks go on. Whoever made the context closes it."""
 
     @asynccontextmanager
     async def lifespan(_server: MCPServer[AppContext]) -> AsyncIterator[AppContext]:
         """Hand over the app context."""
-        yield app
+        async with tasks.running():
+            yield app
 
     return lifespan

@@ -6,14 +6,14 @@ told by the process that made it.
 """
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, get_args
 from weakref import WeakKeyDictionary
 
 import anyio.to_thread
 from mcp.server.connection import Connection, allowed_log_levels
 from mcp.server.context import ServerRequestContext
-from mcp.server.subscriptions import ListenHandler, SubscriptionBus
+from mcp.server.subscriptions import InMemorySubscriptionBus, ListenHandler, ServerEvent
 from mcp.shared.exceptions import MCPError
 from mcp.types import (
     INVALID_PARAMS,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 LOG_LEVELS: tuple[LoggingLevel, ...] = get_args(LoggingLevel)
 """From the least important to the most."""
-_FIRST_MODERN = "2026-07-28"
+FIRST_MODERN = "2026-07-28"
 """The version of the protocol from which requests say for themselves what log messages they want."""
 
 MOST_WATCHED = 1000
@@ -49,14 +49,50 @@ LONGEST_WATCHED = 4000
 _Request = ServerRequestContext[Any, Any]
 
 
+class ListenerBus(InMemorySubscriptionBus):
+    """The SDK's bus of updates for hosts of today, which costs nothing while none listens.
+
+    The SDK's own gives way to other tasks at each publication, and a change of a run is nine of them.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._listening = 0
+
+    @property
+    def listened(self) -> bool:
+        """Whether anyone listens."""
+        return self._listening > 0
+
+    async def publish(self, event: ServerEvent) -> None:
+        """Tell those who listen."""
+        if self.listened:
+            await super().publish(event)
+
+    def subscribe(self, listener: Callable[[ServerEvent], None]) -> Callable[[], None]:
+        """Tell a listener from now on, until what is returned is called, once or more often."""
+        end = super().subscribe(listener)
+        self._listening += 1
+        ended = False
+
+        def unsubscribe() -> None:
+            nonlocal ended
+            end()
+            self._listening -= not ended
+            ended = True
+
+        return unsubscribe
+
+
 class Subscriptions:
     """What each connection wants to hear. It is forgotten with the connection.
 
     An owner of tokens may watch the runs of their own alone; whoever calls without a token may watch all.
     """
 
-    def __init__(self, app: "AppContext", bus: SubscriptionBus) -> None:
+    def __init__(self, app: "AppContext", bus: ListenerBus) -> None:
         self._app = app
+        self._bus = bus
         self._listen = ListenHandler(bus)
         self._watched: WeakKeyDictionary[Connection, set[str]] = WeakKeyDictionary()
         self._levels: WeakKeyDictionary[Connection, LoggingLevel] = WeakKeyDictionary()
@@ -69,12 +105,18 @@ class Subscriptions:
         server.add_request_handler("resources/unsubscribe", UnsubscribeRequestParams, self._unsubscribe)
         server.add_request_handler("logging/setLevel", SetLevelRequestParams, self._set_level)
 
+    @property
+    def heard(self) -> bool:
+        """Whether anyone may want to hear of changes."""
+        return self._bus.listened or bool(self._watched)
+
     async def changed(self, ctx: "Context[AppContext, Any]", addresses: Iterable[str]) -> None:
         """Tell everyone who watches one of the addresses that it reads otherwise now."""
+        watched = list(self._watched.items())
         for uri in addresses:
             await ctx.notify_resource_updated(uri)
-            for connection, watched in list(self._watched.items()):
-                if uri in watched:
+            for connection, theirs in watched:
+                if uri in theirs:
                     await connection.send_resource_updated(uri)
 
     async def log(self, request: _Request, level: LoggingLevel, text: str) -> None:
@@ -91,7 +133,7 @@ class Subscriptions:
 
     def _wanted(self, request: _Request, level: LoggingLevel) -> bool:
         """Whether the host asked for messages of this level: with the request, or earlier for its connection."""
-        if request.protocol_version >= _FIRST_MODERN:
+        if request.protocol_version >= FIRST_MODERN:
             return level in allowed_log_levels(request.protocol_version, request.meta)
         least = self._levels.get(_connection(request))
         return least is not None and LOG_LEVELS.index(level) >= LOG_LEVELS.index(least)

@@ -3,26 +3,37 @@
 import anyio.from_thread
 
 from folding_server.mcp.context import ToolContext
+from folding_server.mcp.tasks import CURRENT_TASK
 
 
 class ToolProgress:
-    """Counts the steps of one call.
+    """Counts the steps of one call. Hosts that did not ask for progress get none.
 
-    Tools run in worker threads, so each step is sent through the event loop.
+    For work that goes to the workers it is who waits: ``seconds`` is then the time that it took, None until it is over.
     """
 
     def __init__(self, ctx: ToolContext, total: int) -> None:
         self._ctx = ctx
         self._total = total
         self._done = 0
+        self.seconds: float | None = None
 
-    def step(self, message: str) -> None:
-        """Say what is being done now; the steps before it are done.
-
-        Hosts that did not ask for progress get none.
-        """
-        anyio.from_thread.run(self._ctx.report_progress, self._done, self._total, message)
+    async def announced(self, doing: str) -> None:
+        """Say, in the event loop, what is being done now; the steps before it are done."""
+        if (task := CURRENT_TASK.get()) is not None:
+            task.say(doing)
+        done = self._done
         self._done += 1
+        await self._ctx.report_progress(done, self._total, doing)
+
+    async def queued(self, before: int) -> None:
+        """Say that the work waits, which is one step more."""
+        self._total += 1
+        await self.announced(f"waiting, {before} before this call")
+
+    def took(self, seconds: float) -> None:
+        """Keep the time."""
+        self.seconds = seconds
 
 
 class ToolPercent:

@@ -34,7 +34,7 @@ class ToolRecord:
 
     ``title`` is what people read, ``icon`` stands for its family, ``within`` is the smallest set that holds it. With
     ``pictures`` its answers can hold images; then they carry no structured content, since some hosts drop the images
-    where there is any.
+    where there is any. A ``long`` one can take seconds: its calls can be tasks.
     """
 
     function: ToolFunction
@@ -43,6 +43,7 @@ class ToolRecord:
     icon: Icon
     within: ToolSelection = "all"
     pictures: bool = False
+    long: bool = False
 
     @property
     def name(self) -> str:
@@ -62,10 +63,11 @@ def tool(
     *,
     within: ToolSelection = "all",
     pictures: bool = False,
+    long: bool = False,
 ) -> Callable[[ToolFunction], ToolRecord]:
     """A decorator that makes a function a tool."""
 
     def record(function: ToolFunction) -> ToolRecord:
-        return ToolRecord(function, title, hints, icon, within, pictures)
+        return ToolRecord(function, title, hints, icon, within, pictures, long)
 
     return record

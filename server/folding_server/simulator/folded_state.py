@@ -5,12 +5,11 @@ from typing import Literal, cast
 from folding_schemas.state import EdgeKind, FoldedState
 
 from folding_server.simulator.paper import Paper
+from folding_server.simulator.plane_layers import layers_of_planes
 
 
 def folded_state(paper: Paper) -> FoldedState:
     """S = (V, F, E, O, L) with folded coordinates in sheet units to 6 decimals (paper, "Origami State Representation")."""
-    from folding_server.simulator.plane_layers import layers_of_planes  # loads networkx
-
     coords = paper.folded_vertices_coords
     return FoldedState(
         vertices={str(v): (_rounded(coords[v][0]), _rounded(coords[v][1])) for v in sorted(coords)},

@@ -3,9 +3,9 @@ same transactions, stands a row for each run, with its owner and what a list of 
 
 Writers to a run wait for one another: SQLite has one write lock for the whole file, other databases lock the
 run's first row. Should a database know no such lock, the primary key (run_id, seq) still lets only one of two
-writers who saw event n add event n+1; the other gets ``Taken``. SQLite writes ahead (WAL) and syncs at every
-commit (FULL): what has been answered survives the death of the process and of the machine. Every failure of
-the database becomes a RunError of one sentence that names the database, without its password.
+writers who saw event n add event n+1; the other gets ``Taken``. SQLite writes ahead (WAL), and the log is synced
+before anything in it is answered (``log_sync``): what has been answered survives the death of the process and of the
+machine. Every failure of the database becomes a RunError of one sentence that names the database, without its password.
 """
 
 import json
@@ -14,6 +14,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from datetime import datetime
 from pathlib import Path
 from threading import Lock
 from typing import NamedTuple
@@ -24,7 +25,6 @@ from sqlalchemy import (
     Connection,
     Engine,
     QueuePool,
-    Row,
     bindparam,
     create_engine,
     event,
@@ -37,6 +37,8 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from folding_server.errors import RunError
 from folding_server.store import owners
+from folding_server.store.log_sync import LogSync
+from folding_server.store.prepared import PreparedStatement
 from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
 from folding_server.store.schema import EVENTS, bring_up_to_date, up_to_date
 from folding_server.store.views import RunView
@@ -49,6 +51,9 @@ BUSY_SECONDS = 10.0
 
 _FULL = re.compile(r"disk is full|disk I/O error|No space left|could not extend file")
 """What SQLite and PostgreSQL say when there is no room; SQLite calls a limit on the size of files an I/O error."""
+
+
+_WRITE_AHEAD = "wal"
 
 
 class Taken(Exception):
@@ -73,13 +78,24 @@ def database_url(folder: Path) -> str:
     return URL.create("sqlite", database=str(folder / DATABASE_NAME)).render_as_string()
 
 
-_EVENTS_FROM = (
+_EVENTS_FROM = PreparedStatement(
     select(EVENTS)
     .where(EVENTS.c.run_id == bindparam("run"), EVENTS.c.seq >= bindparam("first"))
     .order_by(EVENTS.c.seq)
 )
-_ADD_EVENT = insert(EVENTS)
-"""Made once, since every change of a run waits for them."""
+_ADD_EVENT = PreparedStatement(insert(EVENTS))
+
+
+class EventRow(NamedTuple):
+    """A row of the table of events, in the order of its columns."""
+
+    run_id: str
+    seq: int
+    format: int
+    time: str
+    kind: str
+    payload: str
+    request_id: str | None
 
 
 class Transaction:
@@ -90,7 +106,18 @@ class Transaction:
 
     def events(self, run_id: str, first: int = 1) -> list[RunEvent]:
         """The run's events from number ``first`` on, in order. Raises RunError if one cannot be read."""
-        return [_event(row) for row in self.connection.execute(_EVENTS_FROM, {"run": run_id, "first": first})]
+        return [_event(row) for row in self._rows(run_id, first)]
+
+    def events_after(self, run_id: str, seq: int, time: datetime) -> list[RunEvent] | None:
+        """The run's events after number ``seq``; None if that one is not there, or is another than that of ``time``."""
+        rows = self._rows(run_id, seq)
+        if not rows or rows[0].seq != seq or rows[0].time != time.isoformat():
+            return None
+        return [_event(row) for row in rows[1:]]
+
+    def _rows(self, run_id: str, first: int) -> list[EventRow]:
+        found = _EVENTS_FROM.execute(self.connection, {"run": run_id, "first": first})
+        return [EventRow(*row) for row in found.fetchall()]
 
     def holds(self, run_id: str) -> bool:
         """Whether there is a first event of this run."""
@@ -106,7 +133,7 @@ class Transaction:
     def requested(self, request_id: str) -> Requested | None:
         """What was recorded for a request; None if nothing was. Raises RunError if it cannot be read."""
         row = self.connection.execute(select(EVENTS).where(EVENTS.c.request_id == request_id)).first()
-        return Requested(row.run_id, _event(row)) if row else None
+        return Requested(row.run_id, _event(EventRow(*row))) if row else None
 
     def append(self, after: RunView, added: RunEvent, owner: str | None = None) -> None:
         """Add the event by which the run became ``after``; an opening also says whose the run is.
@@ -123,7 +150,7 @@ class Transaction:
             "payload": payload,
             "request_id": added.request_id,
         }
-        self.connection.execute(_ADD_EVENT, row)
+        _ADD_EVENT.execute(self.connection, row)
         size = len(payload.encode())
         if added.seq == 1:
             owners.add_run(self.connection, after, size, owner)
@@ -137,8 +164,10 @@ class EventTable:
     def __init__(self, url: str) -> None:
         """Connect and make or migrate the table. Raises RunError if the database cannot be used."""
         self._engine = _engine(url)
+        self._driver = self._engine.dialect.loaded_dbapi
         in_turn = self._engine.dialect.name == "sqlite"
         self._turn: AbstractContextManager[object] = Lock() if in_turn else nullcontext()
+        self._log_sync: LogSync | None = None
         try:
             self._prepare()
         except BaseException:
@@ -151,19 +180,26 @@ class EventTable:
 
     @contextmanager
     def reading(self) -> Iterator[Transaction]:
-        """A transaction that only reads."""
-        with self._answered(), self._engine.connect() as connection, connection.begin():
-            yield Transaction(connection)
+        """A transaction that only reads. What it read is on the disk when the context ends."""
+        with self._answered():
+            with self._engine.connect() as connection, connection.begin():
+                yield Transaction(connection)
+            self._wait_for_disk()
 
     @contextmanager
     def writing(self) -> Iterator[Transaction]:
         """A transaction that may append; rolled back on any exception. Raises Taken.
 
-        Threads that write to SQLite take turns here: waiting for its lock, it may let one of many wait
-        until it gives up.
+        What it added is on the disk when the context ends. Threads that write to SQLite take turns here: waiting for
+        its lock, it may let one of many wait until it gives up.
         """
-        with self._answered(), self._turn, self._begun() as connection:
-            yield Transaction(connection)
+        with self._answered():
+            with self._turn, self._adding(), self._begun() as connection:
+                yield Transaction(connection)
+            self._wait_for_disk()
+
+    def _adding(self) -> AbstractContextManager[None]:
+        return nullcontext() if self._log_sync is None else self._log_sync.adding()
 
     @contextmanager
     def _begun(self) -> Iterator[Connection]:
@@ -172,10 +208,22 @@ class EventTable:
             with connection.begin():
                 yield connection
 
+    def _wait_for_disk(self) -> None:
+        """Wait until what is committed is on the disk. Other databases than SQLite do so themselves."""
+        try:
+            if self._log_sync is not None:
+                self._log_sync.wait()
+        except OSError as error:
+            raise RunError(
+                f"the run database {self._engine.url.database} could not be synced ({error.strerror}), so a change may "
+                f"be lost if the machine fails now; mend its disk, then see with get_run where the run stands"
+            ) from error
+
     def _prepare(self) -> None:
         """Bring the tables up to date; where they are, as ever after the first time, without waiting for writers."""
         with self._answered():
             with self._engine.connect() as connection, connection.begin():
+                self._log_sync = _log_sync(connection)
                 if up_to_date(connection):
                     return
             with self._begun() as connection:
@@ -185,12 +233,12 @@ class EventTable:
     def _answered(self) -> Iterator[None]:
         try:
             yield
-        except IntegrityError as error:
+        except (IntegrityError, self._driver.IntegrityError) as error:
             raise Taken from error
-        except SQLAlchemyError as error:
+        except (SQLAlchemyError, self._driver.Error) as error:
             raise self._sentence(error) from error
 
-    def _sentence(self, error: SQLAlchemyError) -> RunError:
+    def _sentence(self, error: Exception) -> RunError:
         cause = error.orig if isinstance(error, DBAPIError) else error
         reason = str(cause).strip().split("\n")[0].rstrip(".")
         url = self._engine.url
@@ -205,7 +253,7 @@ class EventTable:
         return RunError(f"the run database {name} cannot be used ({reason}); mend it or choose another")
 
 
-def _event(row: Row[tuple[object, ...]]) -> RunEvent:
+def _event(row: EventRow) -> RunEvent:
     """The event in a row. Raises RunError if it is from a newer format or unreadable."""
     if row.format > EVENT_FORMAT:
         raise RunError(
@@ -255,27 +303,38 @@ def _sqlite_engine(url: URL) -> Engine:
 
 
 def _prepare_sqlite(connection: sqlite3.Connection, _entry: ConnectionPoolEntry) -> None:
-    """Leave transactions to ``_begin_sqlite``; make commits durable."""
+    """Leave transactions to ``_begin_sqlite``, and syncs to ``LogSync`` where there is a log to be synced."""
     connection.isolation_level = None
-    _write_ahead(connection)
-    connection.execute("PRAGMA synchronous = FULL")
+    synchronous = "NORMAL" if _journal(connection) == _WRITE_AHEAD else "FULL"
+    connection.execute(f"PRAGMA synchronous = {synchronous}")
 
 
-def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Switch to WAL. SQLite does not wait when two processes switch a new file at once, so this does."""
+def _journal(connection: sqlite3.Connection) -> str:
+    """Switch to WAL, and tell which kind of journal there is now: a database in memory has another.
+
+    SQLite does not wait when two processes switch a new file at once, so this does.
+    """
     deadline = time.monotonic() + BUSY_SECONDS
     while True:
         try:
-            connection.execute("PRAGMA journal_mode = WAL")
+            return str(connection.execute(f"PRAGMA journal_mode = {_WRITE_AHEAD}").fetchone()[0])
         except sqlite3.OperationalError as error:
             if "locked" not in str(error) or time.monotonic() > deadline:
                 raise
             time.sleep(0.01)
-        else:
-            return
+
+
+def _log_sync(connection: Connection) -> LogSync | None:
+    """What syncs the write-ahead log of an SQLite file; None for a database that has none or syncs by itself."""
+    if connection.dialect.name != "sqlite":
+        return None
+    if connection.exec_driver_sql("PRAGMA journal_mode").scalar() != _WRITE_AHEAD:
+        return None
+    file = connection.exec_driver_sql("PRAGMA database_list").one()[2]
+    return LogSync(Path(f"{file}-wal"))
 
 
 def _begin_sqlite(connection: Connection) -> None:
     """Take SQLite's write lock at once when writing: what is read stays true until it is acted on."""
     writing = connection.get_execution_options().get("writing", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writing else "BEGIN")
+    connection.connection.cursor().execute("BEGIN IMMEDIATE" if writing else "BEGIN")

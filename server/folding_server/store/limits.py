@@ -15,11 +15,14 @@ class OwnerLimits:
 
     ``bytes`` is what the events of all the owner's runs take up, and again what the sequences that the owner added do. It may
     be passed by one event, or one sequence: it is looked at before a change. ``vision_seconds`` counts from midnight UTC, and may be passed by the call that is under way.
+    ``vision_at_once`` long calls are computed at once, and ``vision_waiting`` wait.
     """
 
     runs: int | None = None
     bytes: int | None = None
     vision_seconds: float | None = None
+    vision_at_once: int | None = None
+    vision_waiting: int | None = None
 
     def check_runs(self, owner: str, runs: int) -> None:
         """Raise RunError if an owner with this many runs may open no other."""
@@ -57,17 +60,22 @@ class OwnerLimits:
 NO_LIMITS = OwnerLimits()
 """What holds where nothing is said: as much as the disk takes."""
 
-_LIMITS = ("runs", "megabytes", "vision-seconds")
+_COUNTED = ("runs", "vision-at-once", "vision-waiting")
+"""Limits that are whole numbers."""
+_LIMITS = ("runs", "megabytes", "vision-seconds", "vision-at-once", "vision-waiting")
 
 
 def parse_limits(given: Iterable[str]) -> OwnerLimits:
     """The limits that texts such as ``runs=100``, ``megabytes=50`` and ``vision-seconds=600`` set. FoldingError for others."""
     numbers = dict(_limit(text) for text in given)
-    runs, megabytes = numbers.get("runs"), numbers.get("megabytes")
+    runs, at_once, waiting = (None if name not in numbers else int(numbers[name]) for name in _COUNTED)
+    megabytes = numbers.get("megabytes")
     return OwnerLimits(
-        runs=None if runs is None else int(runs),
+        runs=runs,
         bytes=None if megabytes is None else int(megabytes * BYTES_PER_MEGABYTE),
         vision_seconds=numbers.get("vision-seconds"),
+        vision_at_once=at_once,
+        vision_waiting=waiting,
     )
 
 
@@ -86,5 +94,11 @@ def _limit(text: str) -> tuple[str, float]:
 
 
 def _usable(name: str, most: float) -> bool:
-    """Whether a number can be that limit: not negative, finite also in bytes, and whole where runs are counted."""
-    return 0 <= most * BYTES_PER_MEGABYTE < math.inf and (name != "runs" or most.is_integer())
+    """Whether a number can be that limit: not negative, finite also in bytes, and whole where something is counted.
+
+    An owner with nothing at once would wait for ever.
+    """
+    least = 1 if name == "vision-at-once" else 0
+    return (
+        least <= most and most * BYTES_PER_MEGABYTE < math.inf and (name not in _COUNTED or most.is_integer())
+    )

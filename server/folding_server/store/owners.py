@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Row, bindparam, func, insert, select, tuple_, update
 
+from folding_server.store.prepared import PreparedStatement
 from folding_server.store.schema import EVENTS, RUNS, VISION
 from folding_server.store.views import RunView
 
@@ -52,12 +53,12 @@ def change_run(connection: Connection, view: RunView, size: int) -> None:
 
     A run without a row was opened by a server of an earlier version beside this one; it gets one.
     """
-    changed = connection.execute(_CHANGE, {"which": view.run_id, "more": size, **_progress(view)})
+    changed = _CHANGE.execute(connection, {"which": view.run_id, "more": size, **_progress(view)})
     if not changed.rowcount:
         add_run(connection, view, size, None)
 
 
-_CHANGE = (
+_CHANGE = PreparedStatement(
     update(RUNS)
     .where(RUNS.c.run_id == bindparam("which"))
     .values(
@@ -67,7 +68,6 @@ _CHANGE = (
         bytes=RUNS.c.bytes + bindparam("more"),
     )
 )
-"""Made once, since every change of a run waits for it."""
 
 
 def _progress(view: RunView) -> dict[str, Any]:

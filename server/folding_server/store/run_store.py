@@ -154,6 +154,8 @@ class RunStore:
         self, owner: str | None = None, limit: int | None = None, before: str | None = None
     ) -> list[RunSummary]:
         """The runs of an owner, or of everybody, newest first: at most ``limit``, those that come after run ``before``."""
+        if before is not None:
+            _check_run_id(before)
         with self._log.reading() as transaction:
             found = owners.runs_page(transaction.connection, owner, limit, before)
         if found is None:
@@ -170,7 +172,7 @@ class RunStore:
 
         None is nobody's own: whoever reaches the server without a token may use all runs, as may the database's reader.
         """
-        if owner is not None and self._owner(run_id) != owner:
+        if owner is not None and not (is_run_id(run_id) and self._owner(run_id) == owner):
             raise _unknown(run_id)
 
     def check_vision(self, owner: str) -> None:
@@ -261,10 +263,12 @@ class RunStore:
         """
         with self._views_lock:
             kept = self._views.get(run_id)
-        events = transaction.events(run_id, kept.seq if kept else 1)
-        if kept and events and events[0].time == kept.changed:
-            return _folded(run_id, events[1:], kept)
-        return _folded(run_id, transaction.events(run_id) if kept else events)
+        after = transaction.events_after(run_id, kept.seq, kept.changed) if kept else None
+        return _folded(
+            run_id,
+            transaction.events(run_id) if after is None else after,
+            kept if after is not None else None,
+        )
 
     def _keep(self, view: RunView) -> RunView:
         """Keep the view unless a newer one is kept already; the run used longest ago is forgotten."""

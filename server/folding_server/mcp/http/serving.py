@@ -1,7 +1,9 @@
 """Serving over Streamable HTTP until told to end."""
 
+import gc
 import logging
 import os
+import socket
 import sys
 import threading
 from collections.abc import Sequence
@@ -26,6 +28,9 @@ PATH = "/mcp"
 HEALTH = "/health"
 GRACE_SECONDS = 2
 """Seconds that calls have to be answered once the server is told to end."""
+NEW_OBJECTS = 20_000
+"""New objects after which the garbage collector looks at the new ones: those of about ten calls. With Python's own 700, and with
+what is loaded in its way, the collector took an eighth of the processor time of a call (``benchmarks/load.py``)."""
 LAST_SECONDS = 4.0
 """Seconds after which the process ends whatever still runs in it: container runtimes kill after 10 s, service
 managers are told to expect 5. Nothing is lost, since a run is stored before its caller is answered."""
@@ -47,7 +52,8 @@ def serve(
                 "without tokens; give --token-file FILE with a line OWNER TOKEN for each user, or serve on 127.0.0.1."
             )
         app.prepare()
-        streamable_http.logger.addFilter(is_no_disconnect)
+        for logger in (streamable_http.logger, logging.getLogger("uvicorn.error")):
+            logger.addFilter(is_no_disconnect)
         application = http_app(FoldingServer(app, tokens), AcceptedNames.of(address.in_url, known_as))
         port = listener.getsockname()[1]
         sys.stderr.write(f"Serving on http://{address.in_url}:{port}{PATH}\n")
@@ -69,7 +75,7 @@ def http_app(server: FoldingServer, accepted: AcceptedNames) -> ASGIApp:
 
 
 def is_no_disconnect(record: logging.LogRecord) -> bool:
-    """False for the traceback that the SDK logs when a client hangs up within a request: no fault of the server."""
+    """False for the traceback that the SDK or uvicorn logs when a client hangs up within a request: no fault of the server."""
     return record.exc_info is None or not isinstance(record.exc_info[1], ClientDisconnect)
 
 
@@ -89,6 +95,12 @@ def configuration(application: ASGIApp, idle_seconds: int = IDLE_SECONDS) -> uvi
 
 class HttpServer(uvicorn.Server):
     """A uvicorn server that ends in time even while a tool computes: threads cannot be cancelled."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to serve. What is loaded by now stays, so the garbage collector need not look at it again and again."""
+        await super().startup(sockets)
+        gc.freeze()
+        gc.set_threshold(NEW_OBJECTS)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to end, and make sure that it does."""

@@ -1,7 +1,7 @@
 """The pictures that several tools show: diagrams of papers, and panels made of photos and diagrams."""
 
 from collections.abc import Sequence as ListOf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from folding_server.simulator import Paper
 
@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from folding_server.arrays import RgbImage
     from folding_server.frames.image_files import EncodedImage
     from folding_server.frames.sequences import Sequence
-    from folding_server.store.views import RunView
 
 DIAGRAM_SIZE = 768
 """Side of a diagram in pixels."""
@@ -21,7 +20,21 @@ PHOTO_BESIDE_OTHERS = 180_000
 """The most bytes of a photo that travels with other pictures."""
 
 
-def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> str:
+class TwoSided(Protocol):
+    """What has the colours of a sheet, such as a run; None where they are not told."""
+
+    @property
+    def front_color(self) -> str | None:
+        """The colour of the front."""
+        ...
+
+    @property
+    def back_color(self) -> str | None:
+        """The colour of the back."""
+        ...
+
+
+def diagram_svg(run: TwoSided, paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> str:
     """A paper in the colours of its run, as SVG."""
     from folding_server.diagram.drawing import draw_svg  # noqa: PLC0415  (loads shapely)
     from folding_server.diagram.palette import colors_of  # noqa: PLC0415
@@ -29,9 +42,7 @@ def diagram_svg(run: "RunView", paper: Paper, *, labels: bool = False, size: int
     return draw_svg(paper, colors_of(run.front_color, run.back_color), labels, size)
 
 
-def diagram(
-    run: "RunView", paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE
-) -> "EncodedImage":
+def diagram(run: TwoSided, paper: Paper, *, labels: bool = False, size: int = DIAGRAM_SIZE) -> "EncodedImage":
     """A paper in the colours of its run, as PNG."""
     from folding_server.diagram.rasterise import rasterise  # noqa: PLC0415
     from folding_server.frames.image_files import EncodedImage  # noqa: PLC0415

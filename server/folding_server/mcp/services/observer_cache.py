@@ -1,6 +1,6 @@
 """Seeing: the eyes for each sequence, made once and used by one call at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cachetools import LRUCache
 
 if TYPE_CHECKING:
-    from folding_server.frames.sequences import Sequence
+    from folding_server.vision.photos import Photos
     from folding_server.vision.seeing import Eyes
 
 
@@ -20,14 +20,17 @@ class ObserverCache:
         self._guard = Lock()
 
     @contextmanager
-    def on(self, photos: "Sequence") -> Iterator["Eyes"]:
-        """The eyes for a sequence, for this caller alone. PhotoError if frame 1 shows no flat square."""
+    def on(self, key: str, load: "Callable[[], Photos]") -> Iterator["Eyes"]:
+        """The eyes kept under a key, or new ones for the photos that ``load`` gives, for this caller alone.
+
+        PhotoError if frame 1 shows no flat square.
+        """
         from folding_server.vision.seeing import see_sequence  # noqa: PLC0415  (loads OpenCV)
 
-        turn, made = self._place(photos.fingerprint())
+        turn, made = self._place(key)
         with turn:
             if not made:
-                made.append(see_sequence(photos))
+                made.append(see_sequence(load()))
             yield made[0]
 
     def _place(self, key: str) -> "tuple[Lock, list[Eyes]]":

@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any
 
+from folding_schemas.actions import Program
 from folding_schemas.model_view import ModelShown
 from mcp.server.apps import APP_MIME_TYPE, Apps
 from mcp.server.mcpserver.resources import FunctionResource
@@ -11,8 +12,9 @@ from folding_server.errors import PhotoError
 from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import RunId
+from folding_server.mcp.services.long_calls import aside, compute_long
+from folding_server.mcp.services.vision_jobs import SequencePlace, view_program
 from folding_server.mcp.tool_record import LOOKS, tool
-from folding_server.store.views import RunView
 from folding_server.view.page import page_html
 
 PAGE_URI = "ui://folding/model.html"
@@ -24,15 +26,12 @@ TOOL_META: dict[str, dict[str, Any]] = {"show_model": {"ui": {"resourceUri": PAG
 
 
 @tool("Show the model", LOOKS, icons.FILE_ICON)
-def show_model(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, ModelShown]:
+async def show_model(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, ModelShown]:
     """Open a view of the run's model."""
-    from folding_server.view.stops import model_shown, model_view, program_window
+    from folding_server.view.stops import model_shown
 
-    app = app_context(ctx)
-    run = app.run(run_id)
-    program = run.current_program()
-    photos = _photos(app, run, program_window(program, app.replays), len(program.steps) + 1)
-    view = model_view(program, app.replays, photos, run.run_id)
+    program, known_as, place = await aside(_given, app_context(ctx), run_id)
+    view = await compute_long(ctx, "show_model", 1, view_program, program, known_as, place)
     shown = model_shown(view)
     return CallToolResult(
         content=[TextContent(text="\n".join([shown.summary, *shown.stops]))],
@@ -57,13 +56,16 @@ def model_app() -> Apps:
     return apps
 
 
-def _photos(app: AppContext, run: RunView, window: tuple[float, float, float], frames: int) -> dict[int, str]:
-    """The photos up to a frame; none in a free fold, or where the sequence is not served any more."""
-    from folding_server.view.photo_strip import photos_of
+def _given(app: AppContext, run_id: str | None) -> tuple[Program, str, SequencePlace | None]:
+    """The program that a call means and its run, and where its photos are.
 
+    No photos in a free fold, or where the sequence is not served any more.
+    """
+    run = app.run(run_id)
     if run.free:
-        return {}
+        return run.current_program(), run.run_id, None
     try:
-        return photos_of(app.sequence(run), range(1, frames + 1), window)
+        place = SequencePlace.of(app.sequence(run))
     except PhotoError:
-        return {}
+        place = None
+    return run.current_program(), run.run_id, place

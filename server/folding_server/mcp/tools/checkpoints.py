@@ -1,7 +1,6 @@
 """Checkpoints: saving and restoring frames, reading what is saved, the overview of photos and diagrams."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from folding_schemas.results import (
     CheckpointOverview,
@@ -14,20 +13,17 @@ from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.mcp import icons
-from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import Frame, ImageSize, RunId
 from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
 from folding_server.mcp.services import picture_metas
-from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview
+from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.services.run_addresses import checkpoint_links
 from folding_server.mcp.services.run_status import checkpoint_state, next_step
-from folding_server.mcp.tool_progress import ToolProgress
+from folding_server.mcp.services.vision_jobs import OverviewColumn, SequencePlace, SheetColors, draw_overview
 from folding_server.mcp.tool_record import ADDS, GIVES_UP, LOOKS, tool
 from folding_server.simulator import folded_state
 from folding_server.store.views import RunView
-
-if TYPE_CHECKING:
-    from folding_server.frames.sequences import Sequence
 
 Notes = Annotated[str | None, Field(description="a remark to keep with the checkpoint, in words")]
 
@@ -82,34 +78,42 @@ def get_checkpoint_state(
     return call_tool_result(text, saved, *checkpoint_links(run.run_id, [frame]))
 
 
-@tool("Show all checkpoints", LOOKS, icons.CHECKPOINT_ICON, within="paper", pictures=True)
-def generate_checkpoint_overview(
+@tool("Show all checkpoints", LOOKS, icons.CHECKPOINT_ICON, within="paper", pictures=True, long=True)
+async def generate_checkpoint_overview(
     ctx: ToolContext, images: ImageSize = "full", run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointOverview]:
     """Show photos above and saved diagrams below, one column for each frame."""
-    app = app_context(ctx)
-    run = app.run(run_id)
-    photos = app.sequence(run)
+    run, place = await aside(_sequence_run, app_context(ctx), run_id)
     columns = [_column(run, frame) for frame in range(1, run.frames + 1)]
+    shown: list[AnswerPicture] = []
+    if images != "none":
+        drawn = await aside(_to_draw, app_context(ctx), run, columns)
+        colors = SheetColors(run.front_color, run.back_color)
+        picture = await compute_long(
+            ctx, "generate_checkpoint_overview", len(drawn), draw_overview, place, colors, drawn
+        )
+        shown = [AnswerPicture(picture, picture_metas.overview_of_checkpoints())]
     text = f"{len(run.checkpoints)} of {run.frames} frames saved; photos above, saved diagrams below."
-    shown = _overview(ctx, run, photos, columns)
-    return picture_result(text, CheckpointOverview(frames=columns), shown, images)
+    return await aside(picture_result, text, CheckpointOverview(frames=columns), shown, images)
 
 
-def _overview(
-    ctx: ToolContext, run: RunView, photos: "Sequence", columns: list[OverviewFrame]
-) -> Iterator[AnswerPicture]:
-    """Photos above, saved states below."""
-    app, progress = app_context(ctx), ToolProgress(ctx, total=len(columns))
-    pixels, diagrams = [], []
-    for column in columns:
-        progress.step(f"frame {column.frame}")
-        pixels.append(photos.source.read(photos.index(column.frame), SMALL_SIZE))
-        saved = run.checkpoints.get(column.frame)
-        paper = app.replays.after(run.sheet, saved.path) if saved else None
-        diagrams.append(diagram(run, paper, size=SMALL_SIZE) if paper else None)
-    captions = [f"frame {each.frame}" + ("" if each.saved else " (not saved)") for each in columns]
-    yield AnswerPicture(overview(pixels, diagrams, captions), picture_metas.overview_of_checkpoints())
+def _sequence_run(app: AppContext, run_id: str | None) -> tuple[RunView, SequencePlace]:
+    """The run that a call means, and where its photos are."""
+    run = app.run(run_id)
+    return run, SequencePlace.of(app.sequence(run))
+
+
+def _to_draw(app: AppContext, run: RunView, columns: list[OverviewFrame]) -> list[OverviewColumn]:
+    """The columns of the picture, with the saved papers."""
+    papers = {frame: app.replays.after(run.sheet, saved.path) for frame, saved in run.checkpoints.items()}
+    return [
+        OverviewColumn(
+            each.frame,
+            papers.get(each.frame),
+            f"frame {each.frame}" + ("" if each.saved else " (not saved)"),
+        )
+        for each in columns
+    ]
 
 
 def _column(run: RunView, frame: int) -> OverviewFrame:

@@ -1,23 +1,22 @@
 """Verification: the evidence for a critic, the comparison with a photo, and flat-foldability."""
 
 from collections.abc import Iterator
-from collections.abc import Sequence as ListOf
 from typing import TYPE_CHECKING, Annotated
 
-from folding_schemas.pictures import PictureMeta
 from folding_schemas.results import Comparison, CriticGrid, Foldability
 from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.errors import RunError
 from folding_server.mcp import icons
-from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import READ_WHOLE, Frame, ImageSize, LaterFrame, RunId
 from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
-from folding_server.mcp.services import picture_metas, presenters
+from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import diagram, photo_beside_others
+from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.services.run_status import checkpoint_at
-from folding_server.mcp.tool_progress import ToolProgress
+from folding_server.mcp.services.vision_jobs import SequencePlace, check_folding_flat, compare_paper
 from folding_server.mcp.tool_record import LOOKS, tool
 from folding_server.simulator import Paper, folded_state
 from folding_server.store.rules import find_attempt
@@ -25,9 +24,6 @@ from folding_server.store.views import RunView
 
 if TYPE_CHECKING:
     from folding_server.frames.sequences import Sequence
-    from folding_server.vision.comparison import Match
-    from folding_server.vision.outline import Outline
-    from folding_server.vision.seeing import SeenFrame
 
 AttemptNumber = Annotated[
     int | None,
@@ -81,8 +77,8 @@ def _check_grown_from(run: RunView, frame: int) -> None:
         )
 
 
-@tool("Compare with a frame", LOOKS, icons.CHECK_ICON, within="standard", pictures=True)
-def compare_to_frame(
+@tool("Compare with a frame", LOOKS, icons.CHECK_ICON, within="standard", pictures=True, long=True)
+async def compare_to_frame(
     ctx: ToolContext,
     frame: Frame,
     attempt: AttemptNumber = None,
@@ -90,45 +86,39 @@ def compare_to_frame(
     run_id: RunId = None,
 ) -> Annotated[CallToolResult, Comparison]:
     """Measure how well the current state, or what an attempt at the frame came to, explains a photo."""
-    from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
+    place, paper = await aside(_to_compare, app_context(ctx), frame, attempt, run_id)
+    draw = images != "none"
+    found, overlay = await compute_long(
+        ctx, "compare_to_frame", 2, compare_paper, place, paper, frame, draw, place=place.key
+    )
+    said = _in_words(found)
+    meta = picture_metas.overlay_on(frame, attempt)
+    shown = [AnswerPicture(overlay, meta)] if overlay else []
+    text = said if attempt is None else f"Attempt {attempt}: {said}"
+    return await aside(picture_result, text, found, shown, images)
 
-    app = app_context(ctx)
+
+def _to_compare(
+    app: AppContext, frame: int, attempt: int | None, run_id: str | None
+) -> tuple[SequencePlace, Paper]:
+    """The photos and the paper that a call means."""
     run = app.run(run_id)
     photos = app.sequence(run)
     photos.require(frame)
     actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
-    paper = app.replays.after(run.sheet, actions)
-    progress = ToolProgress(ctx, total=2)
-    progress.step("finding the sheet in the photos")
-    with app.observing(photos) as eyes:
-        progress.step(f"comparing with frame {frame}")
-        seen = eyes.frame(frame)
-        match = compare(paper, seen)
-        outlines = eyes.outlines(frame)
-    found = presenters.comparison(seen, match, outlines)
-    said = _in_words(found)
-    shown = _overlay(paper, seen, match, outlines, picture_metas.overlay_on(frame, attempt))
-    return picture_result(said if attempt is None else f"Attempt {attempt}: {said}", found, shown, images)
+    return SequencePlace.of(photos), app.replays.after(run.sheet, actions)
 
 
-def _overlay(
-    paper: Paper, seen: "SeenFrame", match: "Match", outlines: "ListOf[Outline]", meta: PictureMeta
-) -> Iterator[AnswerPicture]:
-    """The paper drawn over the photo."""
-    from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
-    from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415  (loads OpenCV)
-
-    yield AnswerPicture(encode_for_model(draw_overlay(paper, seen, match, outlines=outlines)), meta)
-
-
-@tool("Check flat-foldability", LOOKS, icons.CHECK_ICON)
-def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
+@tool("Check flat-foldability", LOOKS, icons.CHECK_ICON, long=True)
+async def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
     """Check whether the crease pattern can be folded flat."""
-    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads shapely)
-
-    app = app_context(ctx)
-    found = presenters.foldability(check_paper(app.paper(app.run(run_id))))
+    paper = await aside(_current_paper, app_context(ctx), run_id)
+    found = await compute_long(ctx, "check_foldability", 1, check_folding_flat, paper)
     return call_tool_result(found.reason, found)
+
+
+def _current_paper(app: AppContext, run_id: str | None) -> Paper:
+    return app.paper(app.run(run_id))
 
 
 def _in_words(found: Comparison) -> str:

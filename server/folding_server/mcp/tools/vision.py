@@ -8,39 +8,39 @@ from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.mcp import icons
-from folding_server.mcp.context import ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import READ_WHOLE, LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
-from folding_server.mcp.services import presenters
+from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.services.run_status import check_between
-from folding_server.mcp.tool_progress import ToolProgress
+from folding_server.mcp.services.vision_jobs import SequencePlace, propose_actions_for
 from folding_server.mcp.tool_record import LOOKS, tool
+from folding_server.simulator import Paper
 
 Count = Annotated[
     int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10; left out, 3"), READ_WHOLE
 ]
 
 
-@tool("Propose actions", LOOKS, icons.CHECK_ICON)
-def propose_actions(
+@tool("Propose actions", LOOKS, icons.CHECK_ICON, long=True)
+async def propose_actions(
     ctx: ToolContext, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:
     """Propose what happened before a frame."""
-    from folding_server.vision.solver import clearly_best, propose  # noqa: PLC0415  (loads OpenCV)
+    place, paper = await aside(_given, app_context(ctx), frame, run_id)
+    found = await compute_long(
+        ctx, "propose_actions", 2, propose_actions_for, place, paper, frame, count, place=place.key
+    )
+    return call_tool_result(_in_words(found), found)
 
-    app = app_context(ctx)
+
+def _given(app: AppContext, frame: int, run_id: str | None) -> tuple[SequencePlace, Paper]:
+    """The photos and the paper that a call means."""
     run = app.run(run_id)
     photos = app.sequence(run)
     photos.require(frame)
     check_between(run, frame)
-    progress = ToolProgress(ctx, total=2)
-    progress.step("finding the sheet in the photos")
-    with app.observing(photos) as eyes:
-        progress.step(f"explaining frame {frame}")
-        plans = propose(app.paper(run), eyes, frame, max(count, 2))
-    shown = presenters.proposals(plans[:count])
-    found = Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
-    return call_tool_result(_in_words(found), found)
+    return SequencePlace.of(photos), app.paper(run)
 
 
 def _in_words(found: Proposals) -> str:

@@ -1,0 +1,169 @@
+"""What tools compute that take long, as functions of plain data: a worker process has no database and no run."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from folding_schemas.results import Comparison, Foldability, Proposals
+
+from folding_server.errors import PhotoError
+from folding_server.mcp.services import presenters
+from folding_server.mcp.services.observer_cache import ObserverCache
+
+if TYPE_CHECKING:
+    from folding_schemas.actions import Program
+    from folding_schemas.model_view import ModelView
+
+    from folding_server.frames.image_files import EncodedImage
+    from folding_server.frames.photo_cache import PhotoCache
+    from folding_server.frames.sequences import Sequence
+    from folding_server.mcp.services.replay_cache import ReplayCache
+    from folding_server.simulator import Paper
+    from folding_server.workers.job import Announce
+
+SEEING = "finding the sheet in the photos"
+
+
+@dataclass(frozen=True)
+class SequencePlace:
+    """Where a sequence is read, and the fingerprint by which its eyes are kept."""
+
+    folder: Path
+    fingerprint: str
+
+    @classmethod
+    def of(cls, photos: "Sequence") -> "SequencePlace":
+        """The place of a sequence that is open here."""
+        return cls(photos.folder.resolve(), photos.fingerprint())
+
+    @property
+    def key(self) -> str:
+        """By which a worker is found that has seen the sequence."""
+        return f"{self.fingerprint} {self.folder}"
+
+    def load(self) -> "Sequence":
+        """The sequence. PhotoError if it is not what it was when its place was taken."""
+        from folding_server.frames.sequences import load_sequence  # noqa: PLC0415  (loads Pillow)
+
+        photos = load_sequence(self.folder, _photos())
+        if photos.fingerprint() != self.fingerprint:
+            raise PhotoError(
+                f"the photos of {photos.name!r:.80} are being changed; call again when that is done"
+            )
+        return photos
+
+
+def propose_actions_for(
+    announce: "Announce", place: SequencePlace, paper: "Paper", frame: int, count: int
+) -> Proposals:
+    """What may have been done to a paper before a frame, the likeliest first."""
+    from folding_server.vision.solver import clearly_best, propose  # noqa: PLC0415  (loads OpenCV)
+
+    announce(SEEING)
+    with observers().on(place.key, place.load) as eyes:
+        announce(f"explaining frame {frame}")
+        plans = propose(paper, eyes, frame, max(count, 2))
+    shown = presenters.proposals(plans[:count])
+    return Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
+
+
+def compare_paper(
+    announce: "Announce", place: SequencePlace, paper: "Paper", frame: int, draw: bool
+) -> "tuple[Comparison, EncodedImage | None]":
+    """How well a paper explains a frame's photo, and the paper drawn over the photo if that is wanted."""
+    from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
+    from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
+
+    announce(SEEING)
+    with observers().on(place.key, place.load) as eyes:
+        announce(f"comparing with frame {frame}")
+        seen = eyes.frame(frame)
+        match = compare(paper, seen)
+        outlines = eyes.outlines(frame)
+    found = presenters.comparison(seen, match, outlines)
+    overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines)) if draw else None
+    return found, overlay
+
+
+@dataclass(frozen=True)
+class SheetColors:
+    """The colours of the sides of a sheet; None where they are not told."""
+
+    front_color: str | None
+    back_color: str | None
+
+
+@dataclass(frozen=True)
+class OverviewColumn:
+    """One column of the overview of checkpoints: a frame, its saved paper if there is one, and what stands above."""
+
+    frame: int
+    paper: "Paper | None"
+    caption: str
+
+
+def draw_overview(
+    announce: "Announce",
+    place: SequencePlace,
+    sheet: SheetColors,
+    columns: list[OverviewColumn],
+) -> "EncodedImage":
+    """Photos above, saved states below."""
+    from folding_server.mcp.services.images import SMALL_SIZE, diagram, overview  # noqa: PLC0415  (loads shapely)
+
+    photos = place.load()
+    pixels, diagrams = [], []
+    for column in columns:
+        announce(f"frame {column.frame}")
+        pixels.append(photos.source.read(photos.index(column.frame), SMALL_SIZE))
+        diagrams.append(diagram(sheet, column.paper, size=SMALL_SIZE) if column.paper else None)
+    return overview(pixels, diagrams, [column.caption for column in columns])
+
+
+def view_program(
+    announce: "Announce", program: "Program", run_id: str | None, place: SequencePlace | None
+) -> "ModelView":
+    """All that the view of a model shows of a program, with the photos of its sequence if there is one."""
+    from folding_server.view.photo_strip import photos_of  # noqa: PLC0415  (loads Pillow)
+    from folding_server.view.stops import model_view, program_window  # noqa: PLC0415
+
+    announce("drawing the steps")
+    shown: dict[int, str] = {}
+    if place is not None:
+        with suppress(PhotoError):  # the model is shown without photos where they cannot be read
+            frames = range(1, len(program.steps) + 2)
+            shown = photos_of(place.load(), frames, program_window(program, _replays()))
+    return model_view(program, _replays(), shown, run_id)
+
+
+def check_folding_flat(announce: "Announce", paper: "Paper") -> Foldability:
+    """Whether the crease pattern of a paper folds flat."""
+    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads shapely)
+
+    announce("looking for an order of the layers")
+    return presenters.foldability(check_paper(paper))
+
+
+@cache
+def observers() -> ObserverCache:
+    """The eyes that this process keeps."""
+    return ObserverCache()
+
+
+@cache
+def _replays() -> "ReplayCache":
+    """The papers that this process keeps."""
+    from folding_server.mcp.services.replay_cache import ReplayCache  # noqa: PLC0415
+
+    return ReplayCache()
+
+
+@cache
+def _photos() -> "PhotoCache":
+    """The photos that this process keeps decoded."""
+    from folding_server.frames.photo_cache import PhotoCache  # noqa: PLC0415
+
+    return PhotoCache()
