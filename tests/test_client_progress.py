@@ -3,6 +3,7 @@
 import asyncio
 import io
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -19,9 +20,11 @@ from client_runs import (
     settings,
     shortened,
 )
+from folding_client.messages import Usage
 from folding_client.progress import Shown
 from folding_client.reconstruct import new_job, reconstruct
 from folding_client.record.fits import Fit, FitSummary, fit_summary
+from folding_client.record.totals import Totals
 from paths import ROOT
 from providers.base import Says
 from providers.openai import OpenAI
@@ -38,11 +41,11 @@ def key(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", PLANTED_KEY)
 
 
-def shown(out: Path, *, terminal: bool, verbose: bool = False) -> str:
+def shown(out: Path, *, verbose: bool = False) -> str:
     """What is printed of a run with one failed attempt, in which the model says something with brackets in it."""
     said = Says("I fold [red]the flap[/nope].", calls=[("rotate", {"angle": 45.0})], thinking="")
     text = io.StringIO()
-    console = Console(file=text, force_terminal=terminal, width=400, color_system=None)
+    console = Console(file=text, force_terminal=False, width=400, color_system=None)
     turns = (
         save(1),
         act(TURN),
@@ -61,7 +64,7 @@ def shown(out: Path, *, terminal: bool, verbose: bool = False) -> str:
 
 
 def test_off_a_terminal_each_step_and_attempt_is_a_line_with_what_it_took(tmp_path: Path) -> None:
-    lines = shown(tmp_path / "run", terminal=False).splitlines()
+    lines = shown(tmp_path / "run").splitlines()
     assert [line.partition(" (0:")[0] for line in lines] == [
         "0 of 2 frames done, working on frame 1",
         "1 of 2 frames done, working on frame 2; 1 query, 1,050 tokens, $0.0030",
@@ -69,14 +72,22 @@ def test_off_a_terminal_each_step_and_attempt_is_a_line_with_what_it_took(tmp_pa
     ]
 
 
-def test_on_a_terminal_the_line_says_what_the_model_says(tmp_path: Path) -> None:
-    text = shown(tmp_path / "run", terminal=True)
-    assert "attempt 2" in text
-    assert '"I fold [red]the flap[/nope]."' in text
+def test_on_a_terminal_the_line_says_what_the_model_says() -> None:
+    text = io.StringIO()
+    console = Console(file=text, force_terminal=True, width=400, color_system=None)
+    said = {"role": "agent", "text": "I fold [red]the\n flap[/nope].", "thinking": "", "calls": []}
+    with Shown(console) as progress:
+        progress.step(2, 9, 1)
+        progress.told("reply", said, {"agent": Totals().plus(Usage(900, 100, cost=0.25), 1.0)})
+        time.sleep(0.5)  # the line is drawn anew several times a second
+    assert (
+        "1 of 9 frames done, working on frame 2; 1 query, 1,000 tokens, $0.2500: thinking" in text.getvalue()
+    )
+    assert '"I fold [red]the flap[/nope]."' in text.getvalue()
 
 
 def test_verbose_prints_all_that_models_say_and_call(tmp_path: Path) -> None:
-    text = shown(tmp_path / "run", terminal=False, verbose=True)
+    text = shown(tmp_path / "run", verbose=True)
     assert "agent: I fold [red]the flap[/nope].\n" in text
     assert 'agent calls rotate({"angle": 45.0})\n' in text
     assert "critic on frame 2: MISMATCH. The flap is too long.\n" in text
