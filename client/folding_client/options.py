@@ -30,6 +30,7 @@ SETTINGS: Mapping[str, Any] = {
     "selector": Annotated[str | None, typer.Option(help="Model of the selector.")],
     "variant": Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")],
     "few_shot": Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")],
+    "attempts": Annotated[int | None, typer.Option(help="Attempts for each frame; 5 if left out.")],
     "max_queries": Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")],
     "thinking_budget": Annotated[int | None, typer.Option(help="Thinking tokens for one query.")],
     "max_tokens": Annotated[int | None, typer.Option(help="Most tokens of one reply, thinking included.")],

@@ -2,6 +2,7 @@
 
 from typing import Any, Literal
 
+from folding_schemas.attempt_limits import MOST_ATTEMPTS
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from folding_client.models.retries import RetryPolicy
@@ -31,6 +32,7 @@ class Settings(BaseModel):
     selector: str | None = None
     variant: Variant = "agent"
     few_shot: bool = False
+    attempts: int | None = Field(default=None, ge=1, le=MOST_ATTEMPTS)
     tools: ToolSet | None = None
     keep_images: bool = False
     keep_results: bool = False

@@ -9,8 +9,9 @@ from typing import Any
 from mcp import MCPError
 
 from folding_client.interrupts import ConnectionLost, ServerGone, UsageError
-from folding_client.messages import JsonObject, ToolResult
+from folding_client.messages import ToolResult
 from folding_client.protocol.connection import Connection, ServerAddress
+from folding_client.protocol.requests import Request
 from folding_client.protocol.tool_results import tool_result
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.folder import RunFolder, picture_name
@@ -85,7 +86,8 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
         name, arguments = exchange.call["name"], dict(exchange.call["arguments"])
         if arguments.get("run_id") in runs:
             arguments["run_id"] = runs[arguments["run_id"]]
-        result = await _answer(connection, name, arguments)
+        asked = Request(exchange.call["by"], name, arguments, None, exchange.call.get("technical", False))
+        result = await _answer(connection, asked)
         recorded = exchange.result["structured"] or {}
         if name == "open_run" and result.data and "run_id" in recorded:
             runs[recorded["run_id"]] = result.data["run_id"]
@@ -94,9 +96,9 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
     return Replay(len(found), tuple(differences))
 
 
-async def _answer(connection: Connection, name: str, arguments: JsonObject) -> ToolResult:
+async def _answer(connection: Connection, asked: Request) -> ToolResult:
     try:
-        return tool_result(await connection.call(name, arguments), name)
+        return tool_result(await connection.call(asked.tool, asked.arguments, asked.meta), asked.tool)
     except MCPError as error:
         return ToolResult(error.message, is_error=True)
 
