@@ -26,7 +26,7 @@ OptionalAttempts = Annotated[
     Field(
         ge=1,
         le=MOST_ATTEMPTS,
-        description="how many attempts each frame of a new run has, from 1 to 20; left out, the server's number",
+        description="attempts at each frame of a new run, from 1 to 20",
     ),
     READ_WHOLE,
 ]
