@@ -26,7 +26,7 @@ def test_ids_of_the_upper_layer_fold_it_alone_and_those_of_the_lower_fold_both(t
     assert "1 on 4, 2 on 3, crease 5-6" in " ".join(text.split())
     assert (places[1], places[2]) == (pytest.approx(places[4]), pytest.approx(places[3]))
     assert paper.is_folded((5, 6))
-    (one, both) = EXAMPLE.findall(text)
+    one, both = EXAMPLE.findall(text)
     turned = []
     for u, v, direction in (one, both):
         after = fold(paper, (int(u), int(v)), int(direction))

@@ -12,6 +12,8 @@ from hosts import Host, data_of, images_of, in_memory, server, text_of
 from mcp import Client
 from photographed import photos
 
+pytestmark = pytest.mark.anyio
+
 
 @asynccontextmanager
 async def at_frame_1(data: Path, **opening: object) -> AsyncIterator[Host]:
