@@ -95,32 +95,22 @@ class GeometricSelector:
         self._server = server
 
     async def choose(self, frame: int, candidates: Sequence[Candidate]) -> Choice:
-        """The state that agrees best with the photo; the first of several that agree alike.
+        """The state that agrees best with the photo; the first of several that agree alike, so rather one that rewrites
+        no earlier frame.
 
-        One that rewrites earlier frames is chosen only if no other can be compared. StepHopeless if none can be.
+        StepHopeless if none can be compared.
         """
-        here = [each for each in candidates if each.tried.on_path]
-        elsewhere = [each for each in candidates if not each.tried.on_path]
-        found, why = await self._compared(frame, here)
-        if not found:
-            found, why = await self._compared(frame, elsewhere or here)
-        if not found:
-            message = f"No attempt at frame {frame} can be compared with its photo: {why}"
-            raise StepHopeless(message)
-        best, agreement = max(found, key=lambda pair: pair[1])
-        return Choice(best, "geometric", f"{best.label}: agreement {agreement:.4f}")
-
-    async def _compared(
-        self, frame: int, candidates: Sequence[Candidate]
-    ) -> tuple[list[tuple[Candidate, float]], str]:
-        """How well each that can be compared agrees with the photo, and why the last that cannot be cannot."""
         found, why = [], "there is none"
         for candidate in candidates:
             try:
                 found.append((candidate, await self._agreement(frame, candidate.tried)))
             except ToolRefused as refusal:
                 why = str(refusal)
-        return found, why
+        if not found:
+            message = f"No attempt at frame {frame} can be compared with its photo: {why}"
+            raise StepHopeless(message)
+        best, agreement = max(found, key=lambda pair: pair[1])
+        return Choice(best, "geometric", f"{best.label}: agreement {agreement:.4f}")
 
     async def _agreement(self, frame: int, tried: AttemptState) -> float:
         state = {} if tried.last else {"state": tried.state}
