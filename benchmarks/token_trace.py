@@ -27,6 +27,8 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 BETWEEN = 5
 """Images of the film between two photos; photos stand in for them, since the examples have no film."""
 WRONG_FRAME = 7
+MODEL = "litellm/openai/gpt-4o"
+"""What the agent is taken for, so that its steps open with what a model that sees is shown; it is scripted here."""
 Calls = list[tuple[str, dict[str, Any]]]
 
 
@@ -79,7 +81,9 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
         await server.start()
         try:
             info = await server.open_run(sequence.name)
-            settings = Settings(tools="all", keep_images=True, keep_results=True, full_descriptions=True)
+            settings = Settings(
+                model=MODEL, tools="all", keep_images=True, keep_results=True, full_descriptions=True
+            )
             role_models = RoleModels(agent, critic, None, None)
             colors = (info.front_color, info.back_color)
             info = await make_worker(role_models, settings, server, recorder, Silent(), colors).run()

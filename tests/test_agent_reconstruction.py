@@ -316,7 +316,7 @@ def test_only_the_newest_state_is_told_in_full_unless_results_are_kept(tmp_path:
         ]
         assert all(answer.startswith(("Done: ", "4 vertices", "5 vertices")) for answer in answers)
         assert ("run_id" in str(answers)) is keep
-    assert sent == {False: [0, 1, 2, 2, 2], True: [0, 1, 2, 4, 5]}
+    assert sent == {False: [0, 1, 1, 1, 1], True: [0, 1, 2, 4, 5]}
 
 
 @pytest.mark.parametrize("tools", [None, "paper", "all"])

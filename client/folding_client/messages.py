@@ -116,7 +116,7 @@ class Reply:
 @dataclass(frozen=True)
 class Message:
     """One entry of a conversation: what is ``said`` and ``shown``, or, for a tool message, the ``result`` of the call
-    ``call_id`` of tool ``tool``.
+    ``call_id`` of tool ``tool``. ``state`` is the part of what is said that tells the paper's state.
     """
 
     role: MessageRole
@@ -127,6 +127,7 @@ class Message:
     call_id: str | None = None
     tool: str | None = None
     result: ToolResult | None = None
+    state: str = ""
 
     @property
     def text(self) -> str:

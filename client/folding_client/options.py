@@ -41,7 +41,7 @@ SETTINGS: Mapping[str, Any] = {
     ],
     "tools": Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")],
     "keep_images": Annotated[
-        bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")
+        bool | None, typer.Option("--keep-images", help="Send images again that were shown before.")
     ],
     "keep_results": Annotated[
         bool | None, typer.Option("--keep-results", help="Send old states again, and answers in full.")

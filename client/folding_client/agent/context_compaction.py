@@ -65,11 +65,15 @@ def without_repeated_pictures(messages: Sequence[Message]) -> list[Message]:
 
 
 def _tells_state(message: Message) -> bool:
-    return message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
+    told = message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
+    return told or bool(message.state)
 
 
 def _stateless(message: Message) -> Message:
-    assert message.result is not None, "what tells the state is a tool's result"
+    if message.result is None:
+        return replace(
+            message, said=message.said.replace(message.state, "(left out: a newer one follows)"), state=""
+        )
     notes = ("(State left out: a newer one follows.)", *message.result.notes)
     return replace(message, result=replace(message.result, told=(), notes=notes))
 

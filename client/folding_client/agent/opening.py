@@ -4,7 +4,7 @@ management").
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from folding_prompts import prompt
@@ -72,7 +72,7 @@ def opening(
         state=view.state,
         pictures="; ".join(picture.caption for picture in view.pictures) or "none",
     )
-    return [about, *examples, user(text, view.pictures)]
+    return [about, *examples, replace(user(text, view.pictures), state=view.state)]
 
 
 def step_summary(
