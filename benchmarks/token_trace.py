@@ -62,16 +62,19 @@ class Listener:
         return reply
 
 
-def record(folder: Path) -> list[Query]:
-    """The queries of one reconstruction of the heart, in order, recorded under ``folder``."""
+def record(folder: Path, again: bool = True) -> list[Query]:
+    """The queries of one reconstruction of the heart, in order, recorded under ``folder``.
+
+    The agent asks ``again`` for the photos and the state that its steps open with, or does not.
+    """
     sequence = _with_film(EXAMPLES / "heart", folder / "heart")
     steps = json.loads((EXAMPLES / "heart" / "program.json").read_text(encoding="utf-8"))["steps"]
-    return asyncio.run(_recorded(sequence, folder / "run", steps))
+    return asyncio.run(_recorded(sequence, folder / "run", steps, again))
 
 
-async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]) -> list[Query]:
+async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]], again: bool) -> list[Query]:
     heard: list[Query] = []
-    agent = Listener("agent", iter([_reply(*said) for said in enumerate(script(steps))]), heard)
+    agent = Listener("agent", iter([_reply(*said) for said in enumerate(script(steps, again))]), heard)
     critic = Listener("critic", iter(_verdicts(len(steps))), heard)
     run = RunFolder(out)
     run.create()
@@ -94,14 +97,16 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
     return heard
 
 
-def script(steps: Sequence[Sequence[dict[str, Any]]]) -> Iterable[Calls]:
+def script(steps: Sequence[Sequence[dict[str, Any]]], again: bool) -> Iterable[Calls]:
     """The calls of the agent, reply by reply."""
     yield [("save_checkpoint", {"frame": 1})]
     for frame, actions in enumerate(steps, start=2):
-        yield [("view_frame", {"frame": frame - 1})]
-        yield [("view_frame", {"frame": frame})]
+        if again:
+            yield [("view_frame", {"frame": frame - 1})]
+            yield [("view_frame", {"frame": frame})]
         yield [("observe_movement", {"frame": frame})]
-        yield [("get_current_state", {})]
+        if again:
+            yield [("get_current_state", {})]
         if frame == WRONG_FRAME:
             yield from _wrong_try(frame)
         yield [(each["action"], {k: v for k, v in each.items() if k != "action"}) for each in actions]

@@ -200,10 +200,11 @@ async def replayed(queries: Iterator[Query]) -> Count:
         return provider.count
 
 
-def measure(folder: Path) -> dict[str, Any]:
-    """All figures."""
-    queries = record(folder)
-    counts = {chosen: asyncio.run(replayed(sent_with(chosen, queries))) for chosen in CHOICES}
+def measure(folder: Path, again: bool) -> dict[str, Any]:
+    """All figures; those of the default alone where the agent does not ask ``again`` for what it has been shown."""
+    queries = record(folder, again)
+    choices = CHOICES if again else (ALL,)
+    counts = {chosen: asyncio.run(replayed(sent_with(chosen, queries))) for chosen in choices}
     every = counts[ALL]
     return {
         "queries": {"agent": sum(query.role == "agent" for query in queries), "all": len(queries)},
@@ -253,11 +254,15 @@ def prices(model: str) -> dict[str, float]:
 
 def main() -> None:
     """Measure, and print the figures."""
-    argparse.ArgumentParser(description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--once", action="store_true", help="do not ask again for what a step opens with; the default alone"
+    )
+    given = parser.parse_args()
     os.environ.setdefault("OPENAI_API_KEY", "none is needed")
     started = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        found = measure(Path(folder))
+        found = measure(Path(folder), not given.once)
     json.dump({**found, "seconds": round(time.monotonic() - started, 1)}, sys.stdout, indent=1)
     sys.stdout.write("\n")
 
