@@ -27,6 +27,8 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 BETWEEN = 5
 """Images of the film between two photos; photos stand in for them, since the examples have no film."""
 WRONG_FRAME = 7
+MODEL = "litellm/openai/gpt-4o"
+"""What the agent is taken for, so that its steps open with what a model that sees is shown; it is scripted here."""
 Calls = list[tuple[str, dict[str, Any]]]
 
 
@@ -60,16 +62,19 @@ class Listener:
         return reply
 
 
-def record(folder: Path) -> list[Query]:
-    """The queries of one reconstruction of the heart, in order, recorded under ``folder``."""
+def record(folder: Path, again: bool = True) -> list[Query]:
+    """The queries of one reconstruction of the heart, in order, recorded under ``folder``.
+
+    The agent asks ``again`` for the photos and the state that its steps open with, or does not.
+    """
     sequence = _with_film(EXAMPLES / "heart", folder / "heart")
     steps = json.loads((EXAMPLES / "heart" / "program.json").read_text(encoding="utf-8"))["steps"]
-    return asyncio.run(_recorded(sequence, folder / "run", steps))
+    return asyncio.run(_recorded(sequence, folder / "run", steps, again))
 
 
-async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]) -> list[Query]:
+async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]], again: bool) -> list[Query]:
     heard: list[Query] = []
-    agent = Listener("agent", iter([_reply(*said) for said in enumerate(script(steps))]), heard)
+    agent = Listener("agent", iter([_reply(*said) for said in enumerate(script(steps, again))]), heard)
     critic = Listener("critic", iter(_verdicts(len(steps))), heard)
     run = RunFolder(out)
     run.create()
@@ -79,7 +84,9 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
         await server.start()
         try:
             info = await server.open_run(sequence.name)
-            settings = Settings(tools="all", keep_images=True, keep_results=True, full_descriptions=True)
+            settings = Settings(
+                model=MODEL, tools="all", keep_images=True, keep_results=True, full_descriptions=True
+            )
             role_models = RoleModels(agent, critic, None, None)
             colors = (info.front_color, info.back_color)
             info = await make_worker(role_models, settings, server, recorder, Silent(), colors).run()
@@ -90,14 +97,16 @@ async def _recorded(sequence: Path, out: Path, steps: list[list[dict[str, Any]]]
     return heard
 
 
-def script(steps: Sequence[Sequence[dict[str, Any]]]) -> Iterable[Calls]:
+def script(steps: Sequence[Sequence[dict[str, Any]]], again: bool) -> Iterable[Calls]:
     """The calls of the agent, reply by reply."""
     yield [("save_checkpoint", {"frame": 1})]
     for frame, actions in enumerate(steps, start=2):
-        yield [("view_frame", {"frame": frame - 1})]
-        yield [("view_frame", {"frame": frame})]
+        if again:
+            yield [("view_frame", {"frame": frame - 1})]
+            yield [("view_frame", {"frame": frame})]
         yield [("observe_movement", {"frame": frame})]
-        yield [("get_current_state", {})]
+        if again:
+            yield [("get_current_state", {})]
         if frame == WRONG_FRAME:
             yield from _wrong_try(frame)
         yield [(each["action"], {k: v for k, v in each.items() if k != "action"}) for each in actions]

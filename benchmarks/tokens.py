@@ -6,9 +6,8 @@ then sent through litellm to a provider on a local port once for each choice of 
 rules of ``token_counting.py``. The savings:
 
 summary             every step starts from a fresh context with a text summary; without it, the conversation goes on
-critic_pictures     the critic's four pictures are not sent again to the agent, which has seen their like
-old_pictures        a picture of which a newer one follows in the step is replaced by a line, and so is the film
-                    once the paper has moved
+repeated_pictures   a picture that the step has shown before is replaced by a line, and so is the film once the paper
+                    has moved; diagrams of earlier states stay
 old_states          of all answers in the step that tell the paper's current state, only the last tells it
 brief_answers       the data of an answer is left out where its short text says the same
 brief_descriptions  tools are described by the first paragraph of their descriptions
@@ -35,7 +34,7 @@ from pathlib import Path
 from typing import Any
 
 from folding_client.agent import tool_selection
-from folding_client.agent.context_compaction import compacted, without_old_pictures, without_old_states
+from folding_client.agent.context_compaction import compacted, without_old_states, without_repeated_pictures
 from folding_client.messages import (
     Message,
     Reply,
@@ -56,8 +55,7 @@ from token_trace import Query, record
 
 SAVINGS = (
     "summary",
-    "critic_pictures",
-    "old_pictures",
+    "repeated_pictures",
     "old_states",
     "brief_answers",
     "brief_descriptions",
@@ -135,17 +133,11 @@ def sent_with(savings: frozenset[str], queries: Sequence[Query]) -> Iterator[Que
 
 
 def _saved(messages: list[Message], savings: frozenset[str]) -> list[Message]:
-    if "critic_pictures" in savings:
-        messages = [_without_pictures(each) if each.tool == "ask_critic" else each for each in messages]
     if "brief_answers" in savings:
         messages = [_compacted(each) for each in messages]
     if "old_states" in savings:
         messages = without_old_states(messages)
-    return without_old_pictures(messages) if "old_pictures" in savings else messages
-
-
-def _without_pictures(message: Message) -> Message:
-    return replace(message, result=message.result and replace(message.result, pictures=()))
+    return without_repeated_pictures(messages) if "repeated_pictures" in savings else messages
 
 
 def _compacted(message: Message) -> Message:
@@ -185,8 +177,10 @@ def _without_summary(opening: Message, frame: int, frames: int) -> Message:
     """The opening of a step where all that came before is in view anyway."""
     if frame == 1:
         return opening
+    said = opening.said.partition("The current state:")
     numbers = {"frames": frames, "before": frame - 1, "frame": frame, "remaining": frames - frame + 1}
-    return user(prompt("agent/later_step", history="(as above)", **numbers))
+    told = prompt("agent/later_step", history="(as above)", state="", pictures="", **numbers)
+    return user(told.partition("The current state:")[0] + said[1] + said[2], opening.shown)
 
 
 def _carried_out(reply: Reply) -> list[Message]:
@@ -206,10 +200,11 @@ async def replayed(queries: Iterator[Query]) -> Count:
         return provider.count
 
 
-def measure(folder: Path) -> dict[str, Any]:
-    """All figures."""
-    queries = record(folder)
-    counts = {chosen: asyncio.run(replayed(sent_with(chosen, queries))) for chosen in CHOICES}
+def measure(folder: Path, again: bool) -> dict[str, Any]:
+    """All figures; those of the default alone where the agent does not ask ``again`` for what it has been shown."""
+    queries = record(folder, again)
+    choices = CHOICES if again else (ALL,)
+    counts = {chosen: asyncio.run(replayed(sent_with(chosen, queries))) for chosen in choices}
     every = counts[ALL]
     return {
         "queries": {"agent": sum(query.role == "agent" for query in queries), "all": len(queries)},
@@ -259,11 +254,15 @@ def prices(model: str) -> dict[str, float]:
 
 def main() -> None:
     """Measure, and print the figures."""
-    argparse.ArgumentParser(description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--once", action="store_true", help="do not ask again for what a step opens with; the default alone"
+    )
+    given = parser.parse_args()
     os.environ.setdefault("OPENAI_API_KEY", "none is needed")
     started = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        found = measure(Path(folder))
+        found = measure(Path(folder), not given.once)
     json.dump({**found, "seconds": round(time.monotonic() - started, 1)}, sys.stdout, indent=1)
     sys.stdout.write("\n")
 

@@ -22,10 +22,19 @@ class DirectStore(RunStore):
         with self.change(run_id, request_id) as change:
             return change.save(frame, notes)
 
-    def restore(self, run_id: str, frame: int, request_id: str | None = None) -> RunView:
+    def restore(
+        self, run_id: str, frame: int, request_id: str | None = None, *, technical: bool = False
+    ) -> RunView:
         with self.change(run_id, request_id) as change:
-            return change.restore(frame)
+            return change.restore(frame, technical=technical)
 
-    def commit(self, run_id: str, frame: int, attempt: int, request_id: str | None = None) -> RunView:
+    def commit(
+        self,
+        run_id: str,
+        frame: int,
+        attempt: int,
+        state: int | None = None,
+        request_id: str | None = None,
+    ) -> RunView:
         with self.change(run_id, request_id) as change:
-            return change.commit(frame, attempt)
+            return change.commit(frame, attempt, state)

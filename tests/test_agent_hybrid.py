@@ -73,7 +73,7 @@ def test_a_result_that_does_not_match_is_taken_back_and_the_model_told_why(tmp_p
     assert outcome.status == "complete"
     told = [body["messages"][2]["content"] for body in provider.received]
     assert "was carried out and taken back" in told[2]
-    assert "Frame 3 has had 1 of 5 attempts" in provider.received[2]["messages"][1]["content"]
+    assert "Frame 3 has had 1 of 5 attempts" in provider.received[2]["messages"][1]["content"][0]["text"]
     assert program(tmp_path / "run")[0] == [TURN]
     assert outcome.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric"}
 

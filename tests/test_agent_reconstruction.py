@@ -64,7 +64,13 @@ def test_the_critic_sees_four_pictures_in_order_and_both_states(tmp_path: Path) 
     with OpenAI(save(1), act(CAT[0][0]), ask(2, "rotate"), MATCH, save(2)) as provider:
         run(2, tmp_path / "run", model=MODEL, api_base=provider.url)
     seen = provider.received[3]["messages"][1]["content"]
-    assert [part["type"] for part in seen] == ["text"] + ["image_url"] * 4
+    assert [part["type"] for part in seen] == ["text"] + ["text", "image_url"] * 4
+    assert [part["text"] for part in seen[1::2]] == [
+        "A: photo of frame 1",
+        "B: photo of frame 2",
+        "C: diagram of frame 1",
+        "D: diagram of the candidate for frame 2",
+    ]
     assert seen[0]["text"].count('"faces_orientations"') == 2
     (request,) = events(tmp_path / "run", "request")[3:4]
     assert [image["subject"] for image in request["new"][1]["images"]] == [
@@ -208,7 +214,7 @@ def test_a_step_starts_from_a_fresh_context_with_a_summary(tmp_path: Path) -> No
         run(3, tmp_path / "run", model=MODEL, api_base=provider.url)
     fresh = provider.received[3]["messages"]
     assert [message["role"] for message in fresh] == ["system", "user"]
-    assert "Frame 2: rotate(45.0). Notes: quarter turn" in fresh[1]["content"]
+    assert "Frame 2: rotate(45.0). Notes: quarter turn" in fresh[1]["content"][0]["text"]
     assert fresh[0] == provider.received[0]["messages"][0], "the prefix is the same in every step"
 
 
@@ -219,7 +225,7 @@ def test_calls_in_one_reply_run_in_order_and_in_one_context(tmp_path: Path) -> N
             *calls({"action": "add_vertex", "edge": [4, 3], "position": 0.5}),
             *calls({"action": "fold", "edge": [5, 6], "direction": 1}),
             ("render_current", {}),
-            ("view_frame", {"frame": 2}),
+            ("observe_movement", {"frame": 2}),
         ]
     )
     with OpenAI(save(1), both, save(2)) as provider:
@@ -250,7 +256,33 @@ def test_an_anchor_is_asked_for_when_a_fold_is_judged(tmp_path: Path) -> None:
     assert ANCHOR["relationship"] in provider.received[4]["messages"][1]["content"][0]["text"]
 
 
-def test_superseded_pictures_are_sent_once_unless_asked_otherwise(tmp_path: Path) -> None:
+def test_a_compound_needs_an_anchor_as_a_fold_does(tmp_path: Path) -> None:
+    bare = Says(calls=[("ask_critic", {"frame": 2, "action_classes": ["compound"]})])
+    anchored = {"frame": 2, "action_classes": ["compound"], "fold_anchor": ANCHOR}
+    good = Says(calls=[("ask_critic", anchored)])
+    with OpenAI(save(1), act(DIAGONAL), bare, good, MATCH, save(2)) as provider:
+        assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
+    assert "needs a fold_anchor when compound" in provider.received[3]["messages"][-1]["content"]
+
+
+def test_a_step_opens_with_the_state_both_photos_and_the_labelled_diagram(tmp_path: Path) -> None:
+    with OpenAI(save(1), act(CAT[0][0]), save(2), act(DIAGONAL), save(3)) as provider:
+        run(3, tmp_path / "run", model=MODEL, api_base=provider.url)
+    assert isinstance(provider.received[0]["messages"][1]["content"], str), "frame 1 is the flat square"
+    for query, frame in ((1, 2), (3, 3)):
+        said, *parts = provider.received[query]["messages"][1]["content"]
+        assert '"faces_orientations"' in said["text"]
+        assert [part["type"] for part in parts] == ["text", "image_url"] * 3
+        assert [part["text"] for part in parts[::2]] == [
+            f"A: photo of frame {frame - 1}",
+            f"B: photo of frame {frame}",
+            "C: diagram of the current state",
+        ]
+
+
+def test_a_picture_is_sent_once_in_a_step_and_diagrams_of_earlier_states_stay_unless_asked_otherwise(
+    tmp_path: Path,
+) -> None:
     draw = Says(calls=[("render_current", {})])
     sent = {}
     for keep in (False, True):
@@ -258,7 +290,7 @@ def test_superseded_pictures_are_sent_once_unless_asked_otherwise(tmp_path: Path
         with OpenAI(*turns) as provider:
             run(2, tmp_path / str(keep), model=MODEL, keep_images=keep, api_base=provider.url)
         sent[keep] = str(provider.received[-1]).count("data:image/")
-    assert sent == {False: 1, True: 3 + 4}
+    assert sent == {False: 3 + 2, True: 3 + 3 + 4}
 
 
 def test_the_film_is_left_out_once_the_paper_has_moved_unless_images_are_kept(tmp_path: Path) -> None:
@@ -268,7 +300,7 @@ def test_the_film_is_left_out_once_the_paper_has_moved_unless_images_are_kept(tm
         with OpenAI(*turns) as provider:
             run(2, tmp_path / str(keep), model=MODEL, keep_images=keep, api_base=provider.url)
         sent[keep] = [str(body).count("data:image/") for body in provider.received[2:]]
-    assert sent == {False: [1, 1, 0], True: [1, 1, 1]}
+    assert sent == {False: [3 + 1, 3 + 1, 3 + 0], True: [3 + 1, 3 + 1, 3 + 1]}
 
 
 def test_only_the_newest_state_is_told_in_full_unless_results_are_kept(tmp_path: Path) -> None:
@@ -284,7 +316,7 @@ def test_only_the_newest_state_is_told_in_full_unless_results_are_kept(tmp_path:
         ]
         assert all(answer.startswith(("Done: ", "4 vertices", "5 vertices")) for answer in answers)
         assert ("run_id" in str(answers)) is keep
-    assert sent == {False: [0, 0, 1, 1, 1], True: [0, 0, 1, 3, 4]}
+    assert sent == {False: [0, 1, 1, 1, 1], True: [0, 1, 2, 4, 5]}
 
 
 @pytest.mark.parametrize("tools", [None, "paper", "all"])

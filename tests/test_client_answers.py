@@ -4,7 +4,7 @@ import base64
 import json
 from typing import Any
 
-from folding_client.agent.context_compaction import compacted, without_old_pictures, without_old_states
+from folding_client.agent.context_compaction import compacted, without_old_states, without_repeated_pictures
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, tool_answer
 from folding_client.protocol.tool_results import tool_result
 from folding_schemas.pictures import PictureMeta
@@ -83,22 +83,31 @@ def test_notes_follow_what_is_left_of_the_data() -> None:
     assert old.result.data == result.data
 
 
-def test_attempts_of_the_same_number_at_different_frames_are_different_pictures() -> None:
+def test_a_picture_is_shown_once_and_other_states_of_the_same_thing_stay() -> None:
     shown = [
         answered(
             "list_attempts",
             ToolResult(
-                "Seen.", pictures=(Picture(b"", "image/png", "diagram of attempt 1", frame, "diagram"),)
+                "Seen.",
+                pictures=(Picture(drawn, "image/png", "diagram of the current state", None, "diagram"),),
             ),
         )
-        for frame in (2, 3, 3)
+        for drawn in (b"flat", b"folded", b"folded")
     ]
-    assert [len(message.pictures) for message in without_old_pictures(shown)] == [1, 0, 1]
+    kept = without_repeated_pictures(shown)
+    assert [len(message.pictures) for message in kept] == [1, 1, 0]
+    assert kept[2].text == "Seen.\n(Shown above already: diagram of the current state.)"
+
+
+def test_a_photo_is_known_by_its_frame_however_it_was_encoded() -> None:
+    photos = [Picture(data, "image/jpeg", "photo of frame 2", 2, "photo") for data in (b"large", b"small")]
+    shown = [answered("view_frame", ToolResult("Seen.", pictures=(photo,))) for photo in photos]
+    assert [len(message.pictures) for message in without_repeated_pictures(shown)] == [1, 0]
 
 
 def test_a_film_is_left_out_once_the_paper_has_moved() -> None:
     film = Picture(b"", "image/png", "filmstrip up to frame 2", 2, "filmstrip")
-    seen, _ = without_old_pictures(
+    seen, _ = without_repeated_pictures(
         [
             answered("observe_movement", ToolResult("Seen.", pictures=(film,))),
             answered("fold", ToolResult("Done.")),

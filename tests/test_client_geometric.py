@@ -94,7 +94,7 @@ def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever
     fold = ("fold", {"edge": [4, 2], "direction": -1})
     right = [("rotate", {"angle": 45.0}), ("save_checkpoint", {"frame": 2})]
     wrong = [("rotate", {"angle": 20.0}), ("save_checkpoint", {"frame": 2})]
-    again = [[fold, ("restore_checkpoint", {"frame": 2})] for _ in range(4)]
+    again = [[fold, ("restore_checkpoint", {"frame": 2})] for _ in range(5)]
     model = scripted(
         tmp_path,
         [("save_checkpoint", {"frame": 1})],
@@ -150,6 +150,7 @@ class World:
             next_frame=self.base + 1,
             pending=[Rotate(angle=angle) for angle in self.pending],
             attempts=self.used,
+            attempts_used=self.used,
             restores={},
             budget=self.budget,
             locked_to=0,

@@ -11,7 +11,7 @@ from typing import get_args
 import pytest
 from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
-from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures
+from folding_client.agent.context_compaction import ContextPolicy, without_repeated_pictures
 from folding_client.agent.tool_selection import on_offer
 from folding_client.batch.runner import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
@@ -141,27 +141,27 @@ def test_whatever_a_model_writes_is_read_or_refused(text: str) -> None:
             assert str(refusal)
 
 
-def test_only_the_newest_picture_of_a_subject_is_sent() -> None:
+def test_a_picture_is_sent_where_it_was_shown_first() -> None:
     messages = [
         shown("photo of frame 1", "diagram"),
         shown("diagram"),
         user("and?"),
         shown("diagram", "photo of frame 2"),
     ]
-    sent = without_old_pictures(messages)
+    sent = without_repeated_pictures(messages)
     assert [[picture.subject for picture in message.pictures] for message in sent] == [
-        ["photo of frame 1"],
+        ["photo of frame 1", "diagram"],
         [],
         [],
-        ["diagram", "photo of frame 2"],
+        ["photo of frame 2"],
     ]
-    assert "a newer one follows: diagram" in sent[1].text
+    assert "Shown above already: diagram" in sent[1].text
 
 
 @given(st.lists(st.lists(st.sampled_from("abcd"), max_size=3, unique=True), max_size=8))
-def test_leaving_pictures_out_keeps_every_subject_and_message(groups: list[list[str]]) -> None:
+def test_leaving_pictures_out_keeps_every_picture_and_message(groups: list[list[str]]) -> None:
     messages = [shown(*group) for group in groups]
-    sent = without_old_pictures(messages)
+    sent = without_repeated_pictures(messages)
     assert len(sent) == len(messages)
     kept = [picture.subject for message in sent for picture in message.pictures]
     assert sorted(kept) == sorted({subject for group in groups for subject in group})

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from client_runs import MATCH, MISMATCH, events, figure, program, resume, run
+from client_runs import ANCHOR, MATCH, MISMATCH, events, figure, program, resume, run
 from folding_client.variants.few_shot import solved_examples
 from providers.base import Says
 from providers.openai import OpenAI
@@ -46,7 +46,8 @@ def test_vlm_s_carries_out_one_plan_per_step(tmp_path: Path) -> None:
     assert outcome.run["decided"] == dict.fromkeys("1234", MODEL)
     assert all("tools" not in body for body in provider.received)
     parts = provider.received[1]["messages"][1]["content"]
-    assert [part["type"] for part in parts] == ["text", "image_url", "image_url"]
+    assert [part["type"] for part in parts] == ["text", "text", "image_url", "text", "image_url"]
+    assert [part["text"] for part in parts[1::2]] == ["A: photo of frame 2", "B: photo of frame 3"]
     assert '"faces_orientations"' in parts[0]["text"]
 
 
@@ -72,6 +73,14 @@ def test_vlm_s_c_gives_the_critic_s_words_back_and_saves_a_match(tmp_path: Path)
     words, diagram = provider.received[2]["messages"][-1]["content"]
     assert "flap 0.1 too long" in words["text"]
     assert diagram["type"] == "image_url"
+
+
+def test_vlm_s_c_passes_the_anchor_to_the_critic(tmp_path: Path) -> None:
+    fold = {"action": "fold", "edge": [4, 2], "direction": -1}
+    planned = Says(json.dumps({"actions": [fold], "fold_anchor": ANCHOR}))
+    with OpenAI(planned, MATCH) as provider:
+        run(2, tmp_path / "run", model=MODEL, variant="vlm-s-c", api_base=provider.url)
+    assert ANCHOR["relationship"] in provider.received[1]["messages"][1]["content"][0]["text"]
 
 
 def test_vlm_s_c_lets_the_selector_choose_after_three_plans(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from direct_store import DirectStore
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
 from folding_server.errors import ActionRefused, RunError
-from folding_server.store import rules
+from folding_server.store import rules, run_store
 from folding_server.store.views import RunView
 
 TURN, FLIP, FOLD = Rotate(angle=30), Flip(axis="x"), Fold(edge=(1, 3), direction=1)
@@ -77,13 +77,96 @@ def test_undo_takes_back_actions_down_to_the_checkpoint(store: DirectStore, run_
         store.undo(run_id)
 
 
-def test_an_attempt_undone_to_nothing_still_counts_and_is_still_open(store: DirectStore, run_id: str) -> None:
-    act(store, run_id, TURN)
+def test_an_undo_back_to_the_checkpoint_ends_the_attempt_at_the_state_it_took_back(
+    store: DirectStore, run_id: str
+) -> None:
+    act(store, run_id, TURN, FLIP)
+    store.undo(run_id)
     view = store.undo(run_id)
-    assert view.used(2) == 1
-    assert view.open_attempt is not None
-    assert act(store, run_id, FLIP).used(2) == 1
-    assert store.restore(run_id, 1).next_attempt == 2
+    assert (view.used(2), view.open_attempt, view.next_attempt) == (1, None, 2)
+    (attempt,) = view.attempts[2]
+    assert (attempt.actions, attempt.outcome) == ((TURN, FLIP), "restored")
+    assert act(store, run_id, FLIP).used(2) == 2
+
+
+def test_in_runs_of_earlier_versions_an_undo_ended_no_attempt(
+    store: DirectStore, run_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_store, "RULES", 1)
+    old = store.create(sequence="cat", frames=4).run_id
+    for each in (old, run_id):
+        store.save(old, 1) if each == old else None
+        act(store, each, TURN)
+        store.undo(each)
+        act(store, each, FLIP)
+        store.undo(each)
+    assert [attempt.outcome for attempt in store.load(old).attempts[2]] == ["open"]
+    assert [attempt.outcome for attempt in store.load(run_id).attempts[2]] == ["restored", "restored"]
+    store.forget()
+    assert store.commit(old, 2, 1, 2).actions == (FLIP,)
+
+
+def test_every_state_of_an_attempt_can_be_chosen(store: DirectStore, run_id: str) -> None:
+    act(store, run_id, AddVertex(edge=(1, 2), position=0.5), FOLD, FLIP)
+    store.undo(run_id)
+    act(store, run_id, TURN)
+    view = store.restore(run_id, 1)
+    begun = (AddVertex(edge=(1, 2), position=0.5), FOLD)
+    (attempt,) = view.attempts[2]
+    assert attempt.states == (begun, (*begun, FLIP), (*begun, TURN))
+    assert attempt.actions == (*begun, TURN)
+    with pytest.raises(RunError, match="there is no state 4 of attempt 1 at frame 2; choose one from 1 to 3"):
+        store.commit(run_id, 2, 1, 4)
+    view = store.commit(run_id, 2, 1, 2)
+    assert view.checkpoints[2].actions == (*begun, FLIP)
+    assert view.attempts[2][0].actions == (*begun, FLIP)
+
+
+def test_a_technical_return_costs_no_attempt_and_what_was_done_can_still_be_chosen(
+    store: DirectStore, run_id: str
+) -> None:
+    for _ in range(7):
+        act(store, run_id, TURN)
+        view = store.restore(run_id, 1, technical=True)
+    assert (view.used(2), view.attempts_left, len(view.attempts[2])) == (0, 5, 7)
+    act(store, run_id, FLIP)
+    view = store.restore(run_id, 1)
+    assert (view.used(2), view.attempts_left) == (1, 4)
+    assert store.commit(run_id, 2, 3).actions == (TURN,)
+
+
+def test_a_frame_is_tried_anew_after_an_earlier_one_was_changed_but_from_three_states_at_most(
+    store: DirectStore, run_id: str
+) -> None:
+    for angle in (1, 2, 3):
+        act(store, run_id, Rotate(angle=angle))
+        assert store.save(run_id, 2).attempts_left == 5
+        assert use_up(store, run_id, 3).attempts_left == 0
+        store.restore(run_id, 1)
+    act(store, run_id, Rotate(angle=4))
+    view = store.save(run_id, 2)
+    assert (view.used(3), view.attempts_left, len(view.attempts[3])) == (0, 0, 15)
+    refusal = r"frame 3 has been tried from 3 states of frame 2, which is all; call list_attempts\(3\)"
+    with pytest.raises(RunError, match=refusal):
+        store.act(run_id, TURN)
+    assert view.rewritten_by(view.attempts[3][0]) == [2]
+    assert store.commit(run_id, 3, 1).checkpoints[2].actions == (Rotate(angle=1),)
+
+
+def test_after_a_commitment_there_is_always_an_attempt_to_make_or_one_to_choose(
+    store: DirectStore, run_id: str
+) -> None:
+    for angle in (1, 2, 3):
+        act(store, run_id, Rotate(angle=angle))
+        store.save(run_id, 2)
+        use_up(store, run_id, 3)
+        store.restore(run_id, 1)
+    act(store, run_id, Rotate(angle=4))
+    view = store.commit(run_id, 2, 4)
+    assert view.attempts_left == 5
+    assert not any(map(view.committable, view.attempts[3]))
+    act(store, run_id, TURN)
+    assert store.save(run_id, 3).base == 3
 
 
 def test_a_restore_without_an_action_before_it_is_no_attempt(store: DirectStore, run_id: str) -> None:
@@ -170,7 +253,7 @@ def test_an_open_attempt_can_be_committed_and_is_given_up_for_another(
     assert [attempt.outcome for attempt in view.attempts[2]] == ["committed", "restored"]
 
 
-def test_attempts_count_over_the_whole_run_whatever_they_grew_from(store: DirectStore, run_id: str) -> None:
+def test_attempts_count_for_the_state_that_they_grew_from(store: DirectStore, run_id: str) -> None:
     act(store, run_id, TURN)
     store.save(run_id, 2)
     act(store, run_id, FOLD)
@@ -178,7 +261,7 @@ def test_attempts_count_over_the_whole_run_whatever_they_grew_from(store: Direct
     act(store, run_id, FLIP)
     store.save(run_id, 2)
     view = act(store, run_id, FOLD)
-    assert view.used(3) == 2
+    assert (view.used(3), view.next_attempt) == (1, 2)
     assert [attempt.base_path for attempt in view.attempts[3]] == [(TURN,), (FLIP,)]
 
 
@@ -318,7 +401,7 @@ class TestRequestIds:
             lambda: store.undo(run_id, request(4)),
             lambda: store.save(run_id, 2, "turned", request(5)),
             lambda: store.restore(run_id, 1, request(6)),
-            lambda: store.commit(run_id, 2, 1, request(7)),
+            lambda: store.commit(run_id, 2, 1, request_id=request(7)),
         ]
         answers = []
         for call in calls:

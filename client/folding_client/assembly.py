@@ -148,7 +148,7 @@ def _agent(
     colors: tuple[str, str],
 ) -> Agent:
     overview: OverviewCritic = (
-        ModelOverview(role_models.client("overview", recorder))
+        ModelOverview(role_models.client("overview", recorder), colors)
         if role_models.overview
         else GeometricOverview(server)
     )
@@ -165,7 +165,9 @@ def _agent(
     )
     role_client = role_models.client("agent", recorder, settings.max_queries)
     examples = solved_examples("agent") if settings.few_shot else ()
-    agent_settings = AgentSettings(settings.failures_per_step, policy, examples)
+    agent_settings = AgentSettings(
+        settings.failures_per_step, policy, examples, looks=settings.asked_model != "geometric"
+    )
     solver = HybridSolver(server, recorder, known_search(recorder)) if settings.hybrid else None
     selector = make_selector(role_models, server, recorder)
     return Agent(role_client, server, toolbox, selector, recorder, progress, agent_settings, solver)

@@ -2,7 +2,9 @@
 
 import base64
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from string import ascii_uppercase
 from typing import Any, Literal
 
 from folding_schemas.pictures import PictureRole
@@ -14,7 +16,8 @@ JsonObject = dict[str, Any]
 @dataclass(frozen=True)
 class Picture:
     """An encoded image. ``subject`` and ``frame`` say what it shows, so that a newer picture of the same thing can
-    replace it; ``role`` says what kind of picture it is, None if its server did not say.
+    replace it; ``role`` says what kind of picture it is, None if its server did not say. A ``caption`` is told right
+    before it.
     """
 
     data: bytes = field(repr=False)
@@ -22,6 +25,11 @@ class Picture:
     subject: str = "picture"
     frame: int | None = None
     role: PictureRole | None = None
+    caption: str = ""
+
+    def named(self, caption: str) -> "Picture":
+        """The picture with a caption."""
+        return replace(self, caption=caption)
 
     def data_url(self) -> str:
         """The picture as a ``data:`` URL, the form that model providers take."""
@@ -108,7 +116,7 @@ class Reply:
 @dataclass(frozen=True)
 class Message:
     """One entry of a conversation: what is ``said`` and ``shown``, or, for a tool message, the ``result`` of the call
-    ``call_id`` of tool ``tool``.
+    ``call_id`` of tool ``tool``. ``state`` is the part of what is said that tells the paper's state.
     """
 
     role: MessageRole
@@ -119,6 +127,7 @@ class Message:
     call_id: str | None = None
     tool: str | None = None
     result: ToolResult | None = None
+    state: str = ""
 
     @property
     def text(self) -> str:
@@ -151,6 +160,12 @@ def system(text: str) -> Message:
 def user(text: str, pictures: tuple[Picture, ...] = ()) -> Message:
     """What a model is asked."""
     return Message("user", text, pictures)
+
+
+def lettered(pictures: Sequence[Picture]) -> tuple[Picture, ...]:
+    """Pictures with the captions A, B, C, ... and what each shows."""
+    named = zip(ascii_uppercase, pictures, strict=False)
+    return tuple(picture.named(f"{letter}: {picture.subject}") for letter, picture in named)
 
 
 def answered(reply: Reply) -> Message:

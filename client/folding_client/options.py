@@ -46,6 +46,7 @@ SETTINGS: Mapping[str, Any] = {
     "selector": Annotated[str | None, typer.Option(help="Model of the selector.")],
     "variant": Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")],
     "few_shot": Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")],
+    "attempts": Annotated[int | None, typer.Option(help="Attempts for each frame; 5 if left out.")],
     "max_queries": Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")],
     "max_cost": Annotated[
         float | None, typer.Option(help="Most US dollars for a sequence, over all roles; then the run stops.")
@@ -71,7 +72,7 @@ SETTINGS: Mapping[str, Any] = {
     ],
     "tools": Annotated[str | None, typer.Option(help="Tools to offer: paper, standard or all.")],
     "keep_images": Annotated[
-        bool | None, typer.Option("--keep-images", help="Send images again although newer ones follow.")
+        bool | None, typer.Option("--keep-images", help="Send images again that were shown before.")
     ],
     "keep_results": Annotated[
         bool | None, typer.Option("--keep-results", help="Send old states again, and answers in full.")

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from folding_schemas.results import CheckpointRestored, RunInfo
+from folding_schemas.results import RunInfo
 from pydantic import ValidationError
 
 from folding_client.assembly import RoleModels, make_role_models, make_worker, needed_tools
@@ -135,15 +135,20 @@ def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Setting
         )
         raise UsageError(message) from error
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
-    for name in ("model", "critic", "overview", "selector", "variant", "few_shot"):
+    for name in ("model", "critic", "overview", "selector", "variant", "few_shot", "attempts"):
         before = recorded["given"].get(name, recorded["defaulted"].get(name))
         if name in given and given[name] != before:
             message = (
-                f"{path} was made with {name} {before}, not {given[name]}; "
+                f"{path} was made with {_given(name, before)}, not {given[name]}; "
                 f"resume it without that option, or start a new run."
             )
             raise UsageError(message)
     return Settings.model_validate(recorded["given"] | {name: _plain(value) for name, value in given.items()})
+
+
+def _given(name: str, value: object) -> str:
+    """A setting as a refusal names it."""
+    return f"no {name} given" if value is None else f"{name} {value}"
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401
@@ -223,7 +228,7 @@ async def opened_run(job: Job, server: ServerClient, recorder: Recorder) -> RunI
     """
     await _settle(job, server, recorder)
     try:
-        info = await server.open_run(job.name, recorder.about.get("run_id"))
+        info = await server.open_run(job.name, recorder.about.get("run_id"), job.settings.attempts)
     except ToolRefused as refusal:
         raise UsageError(str(refusal)) from refusal
     if job.resumes and info.pending:
@@ -249,8 +254,7 @@ async def _settle(job: Job, server: ServerClient, recorder: Recorder) -> None:
 
 async def _back_at_its_checkpoint(server: ServerClient, info: RunInfo) -> RunInfo:
     """The run without the actions of the step that was cut short."""
-    base = (info.next_frame or info.frames + 1) - 1
-    await server.ask(CheckpointRestored, "restore_checkpoint", frame=base)
+    await server.return_to((info.next_frame or info.frames + 1) - 1)
     return await server.where()
 
 

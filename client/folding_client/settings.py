@@ -3,6 +3,7 @@
 import re
 from typing import Any, Literal
 
+from folding_schemas.attempt_limits import MOST_ATTEMPTS
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from folding_client.models.retries import RetryPolicy
@@ -34,6 +35,7 @@ class Settings(BaseModel):
     selector: str | None = None
     variant: Variant = "agent"
     few_shot: bool = False
+    attempts: int | None = Field(default=None, ge=1, le=MOST_ATTEMPTS)
     tools: ToolSet | None = None
     keep_images: bool = False
     keep_results: bool = False

@@ -62,7 +62,10 @@ class RunInfo(Wire):
 
     ``frames`` is 0 for a free fold. ``saved`` lists the frames that hold a checkpoint; ``next_frame`` is the frame
     that comes after the checkpoint the current state grew from, None when all frames are saved. ``attempts`` and
-    ``restores`` count by frame; frames up to ``locked_to`` are closed for restore and save.
+    ``restores`` count by frame; frames up to ``locked_to`` are closed for restore and save. ``budget`` is how many
+    attempts a frame has from one state of the frame before; ``attempts_used`` counts by frame those from the state that
+    is saved now, ``attempts_left`` those that can still be made towards ``next_frame``, the one under way
+    included: at 0, one has to be committed. It is None where there are no attempts.
     """
 
     run_id: str
@@ -79,6 +82,8 @@ class RunInfo(Wire):
     locked_to: int
     complete: bool
     program: Program
+    attempts_used: dict[int, int] = {}
+    attempts_left: int | None = None
 
 
 class RunLine(Wire):
@@ -163,13 +168,15 @@ class CheckpointRestored(Wire):
     """Answer of ``restore_checkpoint``.
 
     ``next_attempt`` is the number that the next action's attempt will have; None in a free fold and at the last
-    frame.
+    frame. ``attempts_used`` and ``attempts_left`` are those of the next frame from here, as in ``RunInfo``.
     """
 
     frame: int
     next_attempt: int | None
     restore_count: int
     state: FoldedState
+    attempts_used: int = 0
+    attempts_left: int | None = None
 
 
 class CheckpointState(Wire):
@@ -206,16 +213,42 @@ class AttemptInfo(Wire):
     outcome: AttemptOutcome
 
 
+class AttemptState(Wire):
+    """A state that an attempt came to: the number of both, and the actions to it from the frame before.
+
+    ``last`` marks the attempt's last state. ``on_path`` says that the attempt grew from what is saved for the frame
+    before; ``rewrites`` lists the saved frames that become others if this is committed. What is not ``committable``
+    grew from frames that a later commitment replaced.
+    """
+
+    attempt: int
+    state: int
+    actions: list[Action]
+    last: bool
+    on_path: bool
+    committable: bool
+    rewrites: list[int]
+
+
 class AttemptList(Wire):
-    """Answer of ``list_attempts``: one diagram follows for each attempt, in this order."""
+    """Answer of ``list_attempts``: one diagram follows for each attempt, in this order, then one for each earlier state.
+
+    ``states`` are what the diagrams show, in their order: the last state of each attempt, then the others. ``used``
+    counts the attempts at the frame from what is saved for the frame before.
+    """
 
     frame: int
     budget: int
     attempts: list[AttemptInfo]
+    states: list[AttemptState] = []
+    used: int = 0
 
 
 class AttemptCommitted(Wire):
-    """Answer of ``commit_attempt``: the chosen attempt is saved and frames up to ``locked_to`` are closed."""
+    """Answer of ``commit_attempt``: the chosen attempt is saved and frames up to ``locked_to`` are closed.
+
+    ``rewritten`` lists the earlier frames that are others now, ``dropped`` the later ones that went.
+    """
 
     frame: int
     attempt: int
@@ -223,6 +256,8 @@ class AttemptCommitted(Wire):
     next_frame: int | None
     complete: bool
     state: FoldedState
+    rewritten: list[int] = []
+    dropped: list[int] = []
 
 
 class CriticGrid(Wire):

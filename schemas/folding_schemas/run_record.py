@@ -239,7 +239,7 @@ class RetryEvent(RecordedEvent):
 
 
 class CallEvent(RecordedEvent):
-    """A tool call goes to the server; with a ``request_id`` if it may change the run."""
+    """A tool call goes to the server; with a ``request_id`` if it may change the run, ``technical`` if it costs no attempt."""
 
     kind: Literal["call"]
     by: str
@@ -247,6 +247,7 @@ class CallEvent(RecordedEvent):
     name: str
     arguments: dict[str, Any]
     request_id: str | None = None
+    technical: bool = False
 
 
 class ResultEvent(RecordedEvent):
@@ -289,6 +290,14 @@ class VerdictEvent(RecordedEvent):
     discrepancies: list[str]
 
 
+class SavedAgainstEvent(RecordedEvent):
+    """A frame was saved although the critic's last word on it was against."""
+
+    kind: Literal["saved_against"]
+    frame: int
+    verdict: str
+
+
 class OverviewEvent(RecordedEvent):
     """What the overview critic said."""
 
@@ -301,11 +310,13 @@ class OverviewEvent(RecordedEvent):
 
 
 class SelectedEvent(RecordedEvent):
-    """Which attempt the selector chose."""
+    """Which attempt the selector chose, or which ``state`` of it; ``rewrites`` are the earlier frames that change with it."""
 
     kind: Literal["selected"]
     frame: int
     attempt: int
+    state: int | None = None
+    rewrites: list[int] = []
     by: Literal["model", "geometric"]
     reason: str
 
@@ -375,6 +386,7 @@ RunEventLine = Annotated[
     | RefusedEvent
     | SkippedEvent
     | VerdictEvent
+    | SavedAgainstEvent
     | OverviewEvent
     | SelectedEvent
     | RolledBackEvent

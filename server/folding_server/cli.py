@@ -15,6 +15,7 @@ import typer
 
 from folding_server.command_options import (
     Allowed,
+    Attempts,
     Data,
     Database,
     Http,
@@ -34,6 +35,7 @@ from folding_server.command_options import (
 )
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
+from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
 from folding_server.workers.job_queue import WAITING
@@ -85,6 +87,7 @@ def serve(
     token_file: TokenFile = None,
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
+    attempts: Attempts = BUDGET,
     limit: Limit = None,
     vision_workers: VisionWorkers = None,
     vision_queue: VisionQueue = WAITING,
@@ -115,6 +118,7 @@ def serve(
         limits=parse_limits(limit or ()),
         vision_workers=usual_workers() if vision_workers is None else vision_workers,
         vision_queue=vision_queue,
+        attempts=attempts,
     )
     with AppContext(settings) as app:
         if http is None:

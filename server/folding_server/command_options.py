@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from folding_schemas.attempt_limits import MOST_ATTEMPTS
 from folding_schemas.version_option import version_option
 
 from folding_server.typed_path import typed_path
@@ -50,6 +51,15 @@ ToolsOffered = Annotated[
     Literal["paper", "standard", "all"],
     typer.Option(
         "--tools", help="The tools to offer: the paper's own, those with undo and measuring, or all."
+    ),
+]
+Attempts = Annotated[
+    int,
+    typer.Option(
+        min=1,
+        max=MOST_ATTEMPTS,
+        metavar="N",
+        help="How many attempts each frame has, in runs opened without a number of their own.",
     ),
 ]
 ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]

@@ -2,7 +2,11 @@
 
 from collections.abc import Sequence
 
-from folding_client.agent.context_compaction import ContextPolicy, without_old_pictures, without_old_states
+from folding_client.agent.context_compaction import (
+    ContextPolicy,
+    without_old_states,
+    without_repeated_pictures,
+)
 from folding_client.messages import Message
 
 
@@ -33,7 +37,7 @@ class StepContext:
         new_from, self._sent = self._sent, len(self._messages)
         messages = list(self._messages)
         if not self._policy.images:
-            messages = without_old_pictures(messages)
+            messages = without_repeated_pictures(messages)
         if not self._policy.results:
             messages = without_old_states(messages)
         return messages, new_from

@@ -21,14 +21,13 @@ _UNSAID: dict[str, tuple[str, ...]] = {
 """The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
 _CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})
 """The tools that answer with the current state."""
-PictureContent = tuple[str, int | None]
-"""What a picture shows: its subject, and the frame of it."""
 
 
 @dataclass(frozen=True)
 class ContextPolicy:
-    """What is sent in full: pictures and results although something newer follows or says the same, the tools'
-    descriptions although the system prompt says as much. All three is what the paper's agent does.
+    """What is sent in full: pictures that were shown before or are of no use any more, results although something
+    newer follows or says the same, the tools' descriptions although the system prompt says as much. All three is what
+    the paper's agent does.
     """
 
     images: bool = False
@@ -50,26 +49,31 @@ def without_old_states(messages: Sequence[Message]) -> list[Message]:
     return [_stateless(message) if index in old else message for index, message in enumerate(messages)]
 
 
-def without_old_pictures(messages: Sequence[Message]) -> list[Message]:
-    """The messages without the pictures of which a later message shows the same thing anew, and without films once
-    the paper has moved.
-    """
-    last = {
-        _content(picture): index for index, message in enumerate(messages) for picture in message.pictures
-    }
+def without_repeated_pictures(messages: Sequence[Message]) -> list[Message]:
+    """The messages without the pictures that one before has shown, and without films once the paper has moved."""
     moved = max((index for index, message in enumerate(messages) if _moves(message)), default=-1)
-    return [
-        _without(message, {_content(p) for p in message.pictures if last[_content(p)] > index}, moved > index)
-        for index, message in enumerate(messages)
-    ]
+    shown: set[object] = set()
+    kept = []
+    for index, message in enumerate(messages):
+        films = [picture for picture in message.pictures if picture.role == "filmstrip" and moved > index]
+        repeated = [
+            picture for picture in message.pictures if picture not in films and _content(picture) in shown
+        ]
+        shown |= {_content(picture) for picture in message.pictures if picture not in films}
+        kept.append(_without(message, films, repeated))
+    return kept
 
 
 def _tells_state(message: Message) -> bool:
-    return message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
+    told = message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
+    return told or bool(message.state)
 
 
 def _stateless(message: Message) -> Message:
-    assert message.result is not None, "what tells the state is a tool's result"
+    if message.result is None:
+        return replace(
+            message, said=message.said.replace(message.state, "(left out: a newer one follows)"), state=""
+        )
     notes = ("(State left out: a newer one follows.)", *message.result.notes)
     return replace(message, result=replace(message.result, told=(), notes=notes))
 
@@ -78,16 +82,22 @@ def _moves(message: Message) -> bool:
     return message.tool in ACTIONS and not message.is_error
 
 
-def _without(message: Message, replaced: set[PictureContent], moved: bool) -> Message:
-    """The message without the pictures of what was ``replaced``; without its film if the paper moved."""
-    if moved and any(picture.role == "filmstrip" for picture in message.pictures):
-        return message.showing((), "(Film left out, since the paper has moved; call again to see it.)")
-    if not replaced:
-        return message
-    pictures = tuple(picture for picture in message.pictures if _content(picture) not in replaced)
-    subjects = ", ".join(sorted(subject for subject, _ in replaced))
-    return message.showing(pictures, f"(Left out, since a newer one follows: {subjects}.)")
+def _without(message: Message, films: Sequence[Picture], repeated: Sequence[Picture]) -> Message:
+    """The message without films that have had their time and without what was shown before."""
+    if films:
+        note = "(Film left out, since the paper has moved; call again to see it.)"
+        message = message.showing(_others(message, films), note)
+    if repeated:
+        subjects = ", ".join(picture.subject for picture in repeated)
+        message = message.showing(_others(message, repeated), f"(Shown above already: {subjects}.)")
+    return message
 
 
-def _content(picture: Picture) -> PictureContent:
-    return picture.subject, picture.frame
+def _others(message: Message, left_out: Sequence[Picture]) -> tuple[Picture, ...]:
+    """The pictures of a message but for some."""
+    return tuple(picture for picture in message.pictures if picture not in left_out)
+
+
+def _content(picture: Picture) -> object:
+    """What tells a picture from others: of a photo, its frame, since several tools show it; else the picture itself."""
+    return ("photo", picture.frame) if picture.role == "photo" else picture.data

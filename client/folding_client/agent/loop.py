@@ -5,17 +5,11 @@ in query.
 from dataclasses import dataclass
 
 from folding_prompts import prompt
-from folding_schemas.results import (
-    AttemptCommitted,
-    AttemptList,
-    CheckpointRestored,
-    CheckpointState,
-    RunInfo,
-)
+from folding_schemas.results import CheckpointRestored, CheckpointState, RunInfo
 
 from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy
-from folding_client.agent.opening import opening
+from folding_client.agent.opening import StepView, look, opening, step_summary
 from folding_client.agent.toolbox import Toolbox
 from folding_client.interrupts import (
     AttemptsUsedUp,
@@ -26,16 +20,17 @@ from folding_client.interrupts import (
     StepFailed,
     StepHopeless,
     StepOver,
-    ToolRefused,
 )
-from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, answered, tool_answer, user
+from folding_client.messages import Message, Reply, ToolCall, ToolResult, answered, tool_answer, user
 from folding_client.progress import Progress
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
 from folding_client.roles.role_client import RoleClient
-from folding_client.roles.selector import Selector
+from folding_client.roles.selector import Selector, settle
 from folding_client.search.hybrid import HybridSolver
 
+GIVING_UP = frozenset({"restore_checkpoint", "undo"})
+"""The tools that may end an attempt without saving what came of it."""
 SILENT_REPLIES = 3
 """So many replies in a row without a tool call rewind the context to before them."""
 CONTEXTS_EXCEEDED = 2
@@ -45,12 +40,13 @@ CONTEXTS_EXCEEDED = 2
 @dataclass(frozen=True)
 class AgentSettings:
     """How an agent works: ``failures`` is how often one step may fail in a row before the run stops; ``policy`` says
-    what goes out again with every query of a step.
+    what goes out again with every query of a step. A model that ``looks`` is shown state, photos and diagram at once.
     """
 
     failures: int
     policy: ContextPolicy
     examples: tuple[Message, ...] = ()
+    looks: bool = True
 
 
 class Agent:
@@ -97,7 +93,7 @@ class Agent:
         self._progress.step(frame, info.frames, len(info.saved))
         self._recorder.event("step_started", frame=frame, saved=info.saved)
         try:
-            if await self._spent(info):
+            if info.attempts_left == 0:
                 raise AttemptsUsedUp(frame)
             await self._converse(info, await self._found(info))
         except StepOver as over:
@@ -163,7 +159,7 @@ class Agent:
             elif call.name == "save_checkpoint" and result.data:
                 saved = result.data
                 raise StepOver(saved["frame"], complete=saved["complete"], by=self._role_client.model.name)
-            if result.is_error or call.name == "restore_checkpoint":
+            if result.is_error or call.name in GIVING_UP:
                 await self._check_budget(call)
 
     async def _carry_out(self, call: ToolCall) -> ToolResult:
@@ -198,7 +194,7 @@ class Agent:
         """Put the paper back to the step's checkpoint and count the failure."""
         info = await self._server.where()
         if info.pending and frame > 1:
-            await self._server.ask(CheckpointRestored, "restore_checkpoint", frame=(info.next_frame or 0) - 1)
+            await self._server.return_to((info.next_frame or 0) - 1)
         self._recorder.event("rolled_back", frame=frame, cause=type(failure).__name__, reason=str(failure))
         self._too_long = self._too_long + 1 if isinstance(failure, ContextExceeded) else 0
         if self._too_long == CONTEXTS_EXCEEDED:
@@ -216,37 +212,18 @@ class Agent:
             raise StepHopeless(message)
 
     async def _check_budget(self, call: ToolCall) -> None:
-        """After a restore or a refused change: is there no attempt left from here?"""
+        """After an attempt was given up or a change refused: is there no attempt left from here?"""
         spec = self._toolbox.offered.get(call.name)
         if spec is None or spec.read_only:
             return
         info = await self._server.where()
-        if await self._spent(info):
+        if info.attempts_left == 0:
             raise AttemptsUsedUp(info.next_frame or 0)
 
-    async def _spent(self, info: RunInfo) -> bool:
-        """Whether the next frame's attempts are used up, the last one included."""
-        frame = info.next_frame or 0
-        if info.pending or info.attempts.get(frame, 0) < info.budget:
-            return False
-        attempts, _ = await self._server.ask(AttemptList, "list_attempts", frame=frame)
-        return not any(attempt.outcome == "open" for attempt in attempts.attempts)
-
     async def _select(self, frame: int) -> None:
-        """Let the selector choose among the attempts at a frame, and commit its choice."""
+        """Let the selector choose among the states that the frame's attempts came to, and commit its choice."""
         self._progress.doing("choosing among the attempts")
-        attempts, diagrams = await self._server.ask(AttemptList, "list_attempts", frame=frame)
-        while True:
-            choice = await self._selector.choose(attempts, diagrams)
-            chosen = {"frame": frame, "attempt": choice.attempt}
-            self._recorder.event("selected", **chosen, by=choice.by, reason=choice.reason)
-            try:
-                await self._server.ask(AttemptCommitted, "commit_attempt", **chosen)
-                break
-            except ToolRefused as refusal:
-                attempts, diagrams = _without(attempts, diagrams, choice.attempt)
-                if not attempts.attempts:
-                    raise StepHopeless(str(refusal)) from refusal
+        await settle(self._server, self._selector, self._recorder, frame)
         self._history.clear()
 
     async def _opening(self, info: RunInfo) -> list[Message]:
@@ -257,13 +234,8 @@ class Agent:
                     await self._server.ask(CheckpointState, "get_checkpoint_state", frame=frame)
                 )[0]
         tools = list(self._toolbox.offered.values())
-        return opening(info, tools, self._history, self._settings.examples)
-
-
-def _without(
-    attempts: AttemptList, diagrams: tuple[Picture, ...], number: int
-) -> tuple[AttemptList, tuple[Picture, ...]]:
-    """The attempts and their diagrams without one that cannot be committed (its ancestors were replaced)."""
-    left = [pair for pair in zip(attempts.attempts, diagrams, strict=True) if pair[0].attempt != number]
-    others = attempts.model_copy(update={"attempts": [attempt for attempt, _ in left]})
-    return others, tuple(diagram for _, diagram in left)
+        summary = step_summary(info, self._history, self._toolbox.saved_against)
+        view = StepView()
+        if self._settings.looks and (info.next_frame or 0) > 1:
+            view = await look(self._server, info.next_frame or 0)
+        return opening(info, tools, summary, view, self._settings.examples)

@@ -25,7 +25,7 @@ PAPER_TOOLS = frozenset(
 )
 """The tools that the paper's agent has, beside ``ask_critic``."""
 STANDARD_TOOLS = PAPER_TOOLS | {"undo", "compare_to_frame"}
-"""Those, a step back that costs no attempt, and a measure to hold against the critic's word."""
+"""Those, a way to take one action back, and a measure to hold against the critic's word."""
 PROPOSING = frozenset({"propose_actions"})
 """What is on offer beside a set where a solver works before the model."""
 NOT_OFFERED = frozenset({"list_sequences", "list_runs", "open_run", "commit_attempt", "show_model"})

@@ -15,6 +15,7 @@ from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context_compaction import ContextPolicy
 from folding_client.interrupts import CallRefused, ToolRefused
 from folding_client.messages import JsonObject, ToolCall, ToolResult, ToolSpec
+from folding_client.protocol.acting import ACTIONS
 from folding_client.protocol.server_client import ServerClient
 from folding_client.record.recorder import Recorder
 from folding_client.roles.critic import Critic, CriticCase, FoldAnchor, Judgement
@@ -22,6 +23,10 @@ from folding_client.roles.overview import OverviewCritic
 from folding_client.settings import ToolSet
 
 FAILURES_BEFORE_OVERVIEW = 3
+ANCHORED = frozenset({"fold", "compound"})
+"""Kinds of action of which an anchor says what moved; a compound holds a fold, or it would be one of the others."""
+MOVES = ACTIONS | {"undo", "restore_checkpoint"}
+"""The tools after which the state is another than the critic judged."""
 
 
 class AskCritic(BaseModel):
@@ -33,15 +38,16 @@ class AskCritic(BaseModel):
     action_classes: list[ActionClass] = Field(
         min_length=1, description="what happened since the frame before, at least one"
     )
-    fold_anchor: FoldAnchor | None = Field(default=None, description="for a fold: a relation to check it by")
+    fold_anchor: FoldAnchor | None = Field(
+        default=None, description="for a fold or compound: a relation to check it by"
+    )
 
 
 class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
     ``offered`` holds the tools that may be called: those of the set ``tools``, those ``also`` named, and
-    ``ask_critic``. Unless the ``policy`` keeps them, the critic's four pictures are left out of its answer, and other
-    answers are compacted.
+    ``ask_critic``. Unless the ``policy`` keeps them, answers are compacted.
     """
 
     def __init__(
@@ -63,6 +69,8 @@ class Toolbox:
         self._colors = colors
         self._policy = policy
         self._failures: dict[int, int] = {}
+        self._last: tuple[int, str] | None = None
+        self.saved_against: dict[int, str] = {}
         own = ToolSpec(
             "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
@@ -81,18 +89,30 @@ class Toolbox:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
         result = await self._server.call(call.name, arguments, by="agent", call=call)
+        if call.name in MOVES and not result.is_error:
+            self._last = None
         result = result if self._policy.results else context_compaction.compacted(call.name, result)
         return result if result.is_error else await self._with_advice(call.name, result)
 
     async def _with_advice(self, name: str, result: ToolResult) -> ToolResult:
         data = result.data or {}
         if name == "save_checkpoint":
-            self._failures.pop(data["frame"], None)
+            return self._saved(result, data["frame"])
         if name == "generate_checkpoint_overview":
             return await self._with_analysis(result)
-        if name == "restore_checkpoint" and data["next_attempt"] > FAILURES_BEFORE_OVERVIEW:
+        if name == "restore_checkpoint" and data["attempts_used"] >= FAILURES_BEFORE_OVERVIEW:
             return _with_note(result, prompt("agent/use_overview", frame=data["frame"] + 1))
         return result
+
+    def _saved(self, result: ToolResult, frame: int) -> ToolResult:
+        """The answer to a save, which says so if the critic had found no match in what was saved."""
+        self._failures.pop(frame, None)
+        self.saved_against.pop(frame, None)
+        if self._last is None or self._last[0] != frame or self._last[1] == "MATCH":
+            return result
+        self.saved_against[frame] = self._last[1]
+        self._recorder.event("saved_against", frame=frame, verdict=self._last[1])
+        return _with_note(result, f"Saved although the critic's last word on this state was {self._last[1]}.")
 
     async def _with_analysis(self, result: ToolResult) -> ToolResult:
         analysis = asdict(await self._overview.analyse(result))
@@ -113,12 +133,12 @@ class Toolbox:
         )
         judgement = await self._critic.judge(case)
         self._recorder.event("verdict", frame=asked.frame, **asdict(judgement))
+        self._last = asked.frame, judgement.verdict or "NO VERDICT"
         if judgement.verdict != "MATCH":
             self._failures[asked.frame] = self._failures.get(asked.frame, 0) + 1
-        attempts = (await self._server.where()).attempts.get(asked.frame, 0)
+        attempts = (await self._server.where()).attempts_used.get(asked.frame, 0)
         verdict = _verdict(judgement, attempts)
-        shown = pictures if self._policy.images else ()
-        result = ToolResult(json.dumps(verdict), verdict, shown, told=())
+        result = ToolResult(json.dumps(verdict), verdict, pictures, told=())
         if judgement.verdict != "MATCH" and self._failures[asked.frame] >= FAILURES_BEFORE_OVERVIEW:
             return _with_note(result, prompt("agent/use_overview", frame=asked.frame))
         return result
@@ -129,9 +149,10 @@ def _asked(arguments: JsonObject) -> AskCritic:
         asked = AskCritic.model_validate(arguments)
     except ValidationError as error:
         raise CallRefused(error.errors()[0]["msg"]) from error
-    if "fold" in asked.action_classes and asked.fold_anchor is None:
+    anchored = [each for each in asked.action_classes if each in ANCHORED]
+    if anchored and asked.fold_anchor is None:
         message = (
-            "ask_critic needs a fold_anchor when a fold is among the action classes: say what moves, what "
+            f"ask_critic needs a fold_anchor when {anchored[0]} is among the action classes: say what moves, what "
             "stays, and how the two lie to each other in the photo."
         )
         raise CallRefused(message)

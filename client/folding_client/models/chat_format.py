@@ -156,11 +156,14 @@ def _valid(arguments: str) -> str:
 def _content(text: str, pictures: Sequence[Picture]) -> Any:  # noqa: ANN401
     if not pictures:
         return text
-    return [*([{"type": "text", "text": text}] if text else []), *map(_picture, pictures)]
+    parts = [{"type": "text", "text": text}] if text else []
+    return parts + [part for picture in pictures for part in _picture(picture)]
 
 
-def _picture(picture: Picture) -> JsonObject:
-    return {"type": "image_url", "image_url": {"url": picture.data_url()}}
+def _picture(picture: Picture) -> Chat:
+    """A picture, after its caption if it has one."""
+    caption = [{"type": "text", "text": picture.caption}] if picture.caption else []
+    return [*caption, {"type": "image_url", "image_url": {"url": picture.data_url()}}]
 
 
 def _pictures_of(results: Sequence[Message]) -> JsonObject:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, TextIO, TypeVar, cast
 
 import httpx2
-from folding_schemas.request_id import REQUEST_ID
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
@@ -81,15 +80,15 @@ class Connection:
         await self._until(self._ready)
 
     async def call(
-        self, name: str, arguments: Mapping[str, Any], request_id: str | None = None
+        self, name: str, arguments: Mapping[str, Any], meta: Mapping[str, Any] | None = None
     ) -> ToolResult:
-        """Call a tool; with a request id, a call that was carried out before is only answered again. A request that
-        the server refuses is a result that says so.
+        """Call a tool; ``meta`` is what the server is told beside the arguments. A request that the server refuses is a
+        result that says so.
 
         ConnectionLost if the server does not live to answer; ServerGone if its answer breaks its own schema.
         """
-        meta = None if request_id is None else cast("RequestParamsMeta", {REQUEST_ID: request_id})
-        request = _Request(name, arguments, meta, asyncio.get_running_loop().create_future())
+        told = cast("RequestParamsMeta", dict(meta)) if meta else None
+        request = _Request(name, arguments, told, asyncio.get_running_loop().create_future())
         self._inbox.put_nowait(request)
         try:
             return tool_result(await self._until(request.answer), name)

@@ -90,9 +90,12 @@ class ServerClient:
         """Disconnect."""
         await self._connection.close()
 
-    async def open_run(self, sequence: str | None, run_id: str | None = None) -> RunInfo:
-        """Open a new run on a sequence, or an earlier one again."""
-        arguments = {"sequence": sequence} if run_id is None else {"run_id": run_id}
+    async def open_run(
+        self, sequence: str | None, run_id: str | None = None, attempts: int | None = None
+    ) -> RunInfo:
+        """Open a new run on a sequence, with so many attempts a frame, or an earlier one again."""
+        new = {"sequence": sequence} | ({} if attempts is None else {"attempts": attempts})
+        arguments = new if run_id is None else {"run_id": run_id}
         info, _ = await self.ask(RunInfo, "open_run", **arguments)
         self.run_id = info.run_id
         return info
@@ -109,6 +112,12 @@ class ServerClient:
     async def where(self) -> RunInfo:
         """Where the run stands."""
         return (await self.ask(RunInfo, "get_run"))[0]
+
+    async def return_to(self, frame: int) -> None:
+        """Restore a checkpoint for a technical reason, which costs no attempt. ToolRefused if it is refused."""
+        result = await self.call("restore_checkpoint", {"frame": frame}, technical=True)
+        if result.is_error:
+            raise ToolRefused(result.text)
 
     async def act(self, action: Action) -> ToolResult:
         """Carry out a folding action for the client itself."""
@@ -133,12 +142,18 @@ class ServerClient:
             raise ServerGone(message) from error
 
     async def call(
-        self, name: str, arguments: Mapping[str, Any], by: str = "client", call: ToolCall | None = None
+        self,
+        name: str,
+        arguments: Mapping[str, Any],
+        by: str = "client",
+        call: ToolCall | None = None,
+        *,
+        technical: bool = False,
     ) -> ToolResult:
         """Call a tool on behalf of the agent or the client. ServerGone if the server died twice in a row."""
         full = without_keys(arguments if self.run_id is None else {**arguments, "run_id": self.run_id})
-        request = Request(by, name, full, None if self._only_reads(name) else str(uuid4()))
-        self._recorder.call(by, call, name, full, request.id)
+        request = Request(by, name, full, None if self._only_reads(name) else str(uuid4()), technical)
+        self._recorder.call(by, call, name, full, request.id, technical=technical)
         self._under_way = request
         return await self.answer(request)
 
@@ -154,7 +169,7 @@ class ServerClient:
         started = time.monotonic()
         while True:
             try:
-                result = await self._connection.call(request.tool, request.arguments, request.id)
+                result = await self._connection.call(request.tool, request.arguments, request.meta)
             except ConnectionLost as loss:
                 await self._restart(str(loss), request)
             else:

@@ -42,6 +42,7 @@ class FitRecord:
         self._run_id: str | None = None
         self._arguments: Mapping[str, Any] = {}
         self._now: dict[int, Fit] = {}
+        self._rewrites: tuple[int, ...] = ()
         self._tried: dict[tuple[int, int, int | None], Fit] = {}
         for event in events:
             self.add(event["kind"], event)
@@ -53,6 +54,8 @@ class FitRecord:
         elif kind == "verdict":
             before = self._now.get(data["frame"], Fit())
             self._now[data["frame"]] = Fit(data["verdict"], before.agreement, "critic")
+        elif kind == "selected":
+            self._rewrites = tuple(data.get("rewrites", ()))
         elif kind == "result" and not data["is_error"]:
             self._add_result(data["name"], data["structured"] or {})
 
@@ -72,6 +75,7 @@ class FitRecord:
         elif tool == "save_checkpoint":
             self.by_frame[answer["frame"]] = self._now.get(answer["frame"], Fit())
         elif tool == "commit_attempt":
+            self.by_frame |= dict.fromkeys(self._rewrites, Fit(by="selector"))
             known = self._tried.get(self._place(), Fit())
             self.by_frame[answer["frame"]] = Fit(known.verdict, known.agreement, "selector")
 

@@ -113,8 +113,11 @@ class Recorder:
         name: str,
         arguments: dict[str, Any],
         request_id: str | None = None,
+        *,
+        technical: bool = False,
     ) -> None:
-        """A tool call goes to the server, for the agent or for the client itself."""
+        """A tool call goes to the server, for the agent or for the client itself, with a ``technical`` reason or without."""
+        why = {"technical": True} if technical else {}
         self.event(
             "call",
             by=by,
@@ -122,6 +125,7 @@ class Recorder:
             name=name,
             arguments=arguments,
             request_id=request_id,
+            **why,
         )
 
     def result(self, by: str, name: str, result: ToolResult, seconds: float) -> None:

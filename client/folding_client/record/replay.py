@@ -9,6 +9,7 @@ from typing import Any
 from folding_client.interrupts import ConnectionLost, ServerGone, UsageError
 from folding_client.messages import ToolResult
 from folding_client.protocol.connection import Connection, ServerAddress
+from folding_client.protocol.requests import Request
 from folding_client.record.event_log import Event, gaps, read_events
 from folding_client.record.folder import RunFolder, picture_name
 
@@ -83,7 +84,8 @@ async def _replayed(connection: Connection, found: list[Exchange]) -> Replay:
         name, arguments = exchange.call["name"], dict(exchange.call["arguments"])
         if arguments.get("run_id") in runs:
             arguments["run_id"] = runs[arguments["run_id"]]
-        result = await connection.call(name, arguments)
+        asked = Request(exchange.call["by"], name, arguments, None, exchange.call.get("technical", False))
+        result = await connection.call(asked.tool, asked.arguments, asked.meta)
         recorded = exchange.result["structured"] or {}
         if name == "open_run" and result.data and "run_id" in recorded:
             runs[recorded["run_id"]] = result.data["run_id"]

@@ -13,7 +13,7 @@ from folding_schemas.state import FoldedState
 from pydantic import BaseModel, ConfigDict, Field
 
 from folding_client.interrupts import ReplyUnreadable
-from folding_client.messages import Message, Picture, system, user
+from folding_client.messages import Message, Picture, lettered, system, user
 from folding_client.protocol.server_client import ServerClient
 from folding_client.roles.reply_parsing import NO_ANCHOR, CriticReply, read_form, with_words
 from folding_client.roles.reply_repair import read_answer
@@ -122,4 +122,4 @@ def _case_messages(case: CriticCase) -> list[Message]:
         source=case.source.model_dump_json(),
         candidate=case.candidate.model_dump_json(),
     )
-    return [system(prompt("critic/system", front=front, back=back)), user(question, case.pictures)]
+    return [system(prompt("critic/system", front=front, back=back)), user(question, lettered(case.pictures))]

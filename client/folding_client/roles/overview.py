@@ -81,13 +81,15 @@ class GeometricOverview:
 class ModelOverview:
     """Asks a vision-language model that sees the overview picture."""
 
-    def __init__(self, role_client: RoleClient) -> None:
+    def __init__(self, role_client: RoleClient, colors: tuple[str, str]) -> None:
         self._role_client = role_client
+        self._colors = colors
 
     async def analyse(self, overview: ToolResult) -> OverviewAnalysis:
         """The model's analysis; a reply that cannot be read is sent back once."""
+        front, back = self._colors
         messages = [
-            system(prompt("overview/system")),
+            system(prompt("overview/system", front=front, back=back)),
             user(prompt("overview/user", frames=overview.text), overview.pictures),
         ]
         try:

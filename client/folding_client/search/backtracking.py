@@ -75,7 +75,7 @@ def _rivals(state: SearchState, frame: int, info: RunInfo) -> list[tuple[float, 
     *before, chosen = lineage_of(info, frame + 1)
     lineage = tuple(before)
     proposed = state.proposals_for(frame, lineage)
-    if proposed is None or info.attempts.get(frame, 0) >= info.budget:
+    if proposed is None or info.attempts_used.get(frame, 0) >= info.budget:
         return []
     known = {tuple(each.actions): each.agreement for each in proposed.proposals}
     reached = known.get(chosen, max(known.values(), default=0.0))

@@ -157,7 +157,9 @@ class FrameSearch:
         info, options = self._step.run, self._options
         budget = info.budget if options.attempts is None else min(info.budget, options.attempts)
         tries = 1 if self.state.visited(self._step.frame) else options.first_tries
-        left = max(0, min(tries, budget - info.attempts.get(self._step.frame, 0)))
+        budget -= info.attempts_used.get(self._step.frame, 0)
+        possible = budget if info.attempts_left is None else min(budget, info.attempts_left)
+        left = max(0, min(tries, possible))
         self._step.candidates = self._worth_trying(known)[:left]
         return self._try_next()
 

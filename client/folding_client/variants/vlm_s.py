@@ -11,8 +11,6 @@ from typing import cast
 from folding_prompts import prompt
 from folding_schemas.results import (
     ActionClass,
-    AttemptCommitted,
-    AttemptList,
     CheckpointRestored,
     CheckpointSaved,
     CriticGrid,
@@ -23,7 +21,7 @@ from folding_schemas.results import (
 )
 
 from folding_client.interrupts import ReplyUnreadable, StepHopeless, ToolRefused
-from folding_client.messages import Message, Picture, answered, system, user
+from folding_client.messages import Message, Picture, answered, lettered, system, user
 from folding_client.progress import Progress
 from folding_client.protocol.acting import carry_out
 from folding_client.protocol.server_client import ServerClient
@@ -31,7 +29,7 @@ from folding_client.record.recorder import Recorder
 from folding_client.roles.critic import Critic, CriticCase, Judgement
 from folding_client.roles.reply_parsing import read_form
 from folding_client.roles.role_client import RoleClient
-from folding_client.roles.selector import Selector
+from folding_client.roles.selector import Selector, settle
 from folding_client.variants.plans import ActionPlan
 
 PLANS = 3
@@ -65,7 +63,7 @@ class PlanPerStep:
 
     async def _step(self, info: RunInfo, frame: int) -> None:
         if info.pending:
-            await self._restore(frame - 1)
+            await self.server.return_to(frame - 1)
         if frame > 1:
             messages = await self._opening(info, frame)
             if self.critic is not None and not await self._criticised(info, frame, messages, self.critic):
@@ -92,7 +90,7 @@ class PlanPerStep:
     async def _photos(self, frame: int) -> tuple[Picture, ...]:
         _, before = await self.server.ask(FrameView, "view_frame", frame=frame - 1)
         _, after = await self.server.ask(FrameView, "view_frame", frame=frame)
-        return (*before, *after)
+        return lettered((*before, *after))
 
     async def _planned(self, frame: int, messages: list[Message]) -> ActionPlan:
         """A plan that has been carried out; the conversation grows by how it came about. StepHopeless without
@@ -119,7 +117,7 @@ class PlanPerStep:
 
     async def _criticised(self, info: RunInfo, frame: int, messages: list[Message], critic: Critic) -> bool:
         """Whether a plan within the limit is a match, and the current state its result."""
-        while (used := (await self.server.where()).attempts.get(frame, 0)) < PLANS:
+        while (used := await self._used(frame)) is not None:
             plan = await self._planned(frame, messages)
             judgement = await self._judged(info, frame, plan, critic)
             if judgement.verdict == "MATCH":
@@ -131,6 +129,12 @@ class PlanPerStep:
             await self._restore(frame - 1)
         return False
 
+    async def _used(self, frame: int) -> int | None:
+        """How many attempts at the frame were made; None if that is all there may be."""
+        now = await self.server.where()
+        used = now.attempts_used.get(frame, 0)
+        return used if used < PLANS and now.attempts_left != 0 else None
+
     async def _judged(self, info: RunInfo, frame: int, plan: ActionPlan, critic: Critic) -> Judgement:
         grid, pictures = await self.server.ask(CriticGrid, "critic_grid", frame=frame)
         classes = cast("tuple[ActionClass, ...]", plan.classes())
@@ -138,7 +142,7 @@ class PlanPerStep:
             CriticCase(
                 frame,
                 classes,
-                None,
+                plan.fold_anchor,
                 grid.source_state,
                 grid.candidate_state,
                 pictures,
@@ -150,12 +154,7 @@ class PlanPerStep:
 
     async def _select(self, frame: int) -> None:
         assert self.selector is not None, "VLM-S-C has a selector"
-        attempts, diagrams = await self.server.ask(AttemptList, "list_attempts", frame=frame)
-        choice = await self.selector.choose(attempts, diagrams)
-        self.recorder.event(
-            "selected", frame=frame, attempt=choice.attempt, by=choice.by, reason=choice.reason
-        )
-        await self.server.ask(AttemptCommitted, "commit_attempt", frame=frame, attempt=choice.attempt)
+        await settle(self.server, self.selector, self.recorder, frame)
 
     async def _restore(self, frame: int) -> None:
         await self.server.ask(CheckpointRestored, "restore_checkpoint", frame=frame)

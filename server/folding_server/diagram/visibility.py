@@ -21,6 +21,9 @@ from folding_server.simulator.paper import Paper
 SLIVER = 5 * TOLERANCE
 """Visible parts narrower than this (sheet units) are left out: matching layers differ by about as much."""
 
+SLANTED = 8
+"""A side of an outline within a sliver of an edge, and at least so many times longer, is along it within 15 degrees."""
+
 TOUCHING = 1e-9
 """Outlines that cross by no more than this only touch."""
 
@@ -164,9 +167,15 @@ def _hide_enclosed(
 
 
 def _hidden(regions: Geometries) -> Bools:
-    """Whether what is left of a face is nothing, or nothing but slivers."""
-    thin: Bools = 2 * shapely.area(regions) <= SLIVER * shapely.length(regions)
-    return thin
+    """Whether what is left of a face is nothing, or nothing but slivers.
+
+    What is small for its outline may still have a part that is wider, with hairlines to it.
+    """
+    hidden: Bools = 2 * shapely.area(regions) <= SLIVER * shapely.length(regions)
+    small = np.flatnonzero(hidden)
+    wide = ~shapely.is_empty(shapely.buffer(regions[small], -SLIVER / 2, join_style="mitre"))
+    hidden[small[wide]] = False
+    return hidden
 
 
 def _parts(regions: Geometries) -> list[tuple[tuple[Ring, ...], ...]]:
@@ -230,11 +239,21 @@ def _stretches(p: Point, q: Point, parts: Iterable[tuple[Ring, ...]]) -> list[Sp
             before = _along(ring[-1], p, ux, uy)
             for point in ring:
                 here = _along(point, p, ux, uy)
-                if abs(before[1]) <= TOLERANCE / 2 and abs(here[1]) <= TOLERANCE / 2:
+                if _runs_along(before, here):
                     found.append((min(before[0], here[0]) / length, max(before[0], here[0]) / length))
                 before = here
     clipped = ((max(a, 0.0), min(b, 1.0)) for a, b in found)
     return [(a, b) for a, b in clipped if (b - a) * length > TOLERANCE]
+
+
+def _runs_along(start: Point, end: Point) -> bool:
+    """Whether a side of an outline, given along and across an edge, runs along it.
+
+    Where a vertex of a layer above meets the edge within the tolerance, the outline turns off to that vertex, but by no more
+    than the width of a sliver. A side so short that it may as well cross the edge has to lie on it.
+    """
+    far, length = max(abs(start[1]), abs(end[1])), abs(end[0] - start[0])
+    return far <= TOLERANCE / 2 or (far <= SLIVER and length >= SLANTED * SLIVER)
 
 
 def _along(point: Point, origin: Point, ux: float, uy: float) -> Point:

@@ -13,6 +13,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 from uuid import UUID
 
+from folding_schemas.attempt_limits import TECHNICAL_RETURN
 from folding_schemas.request_id import REQUEST_ID
 from mcp.server.mcpserver import Context
 
@@ -21,7 +22,7 @@ from folding_server.mcp.auth import caller
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
-from folding_server.store.limits import NO_LIMITS, OwnerLimits
+from folding_server.store.limits import BUDGET, NO_LIMITS, OwnerLimits
 from folding_server.store.rules import check_same_sequence
 from folding_server.workers.job_queue import OWNER_WAITING, WAITING, QueueLimits
 
@@ -49,6 +50,7 @@ class ServerSettings:
     then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
     each owner of tokens. Long calls are computed by ``vision_workers`` processes, or with 0 by threads of this one;
     ``vision_queue`` of them may wait.
+    each owner of tokens. ``attempts`` is how many a frame has in runs that are opened without a number of their own.
     """
 
     data: Path
@@ -61,6 +63,7 @@ class ServerSettings:
     limits: OwnerLimits = NO_LIMITS
     vision_workers: int = 0
     vision_queue: int = WAITING
+    attempts: int = BUDGET
 
 
 class AppContext:
@@ -149,14 +152,21 @@ class AppContext:
         """Open the store and the library now, so that what is wrong with them shows before anyone calls."""
         _ = self.store, self.library
 
-    def open(self, sequence: str | None, request_id: str | None = None) -> "RunView":
+    def open(
+        self, sequence: str | None, request_id: str | None = None, attempts: int | None = None
+    ) -> "RunView":
         """Start a run of a sequence, or a free fold; or answer with the run that the request has started before.
 
-        PhotoError if there is no such sequence, RunError if it has changed since the request was sent first.
+        ``attempts`` is how many a frame has, if not as many as the server was started with. PhotoError if there is no such
+        sequence, RunError if it has changed since the request was sent first.
         """
         from folding_server.diagram.palette import colors_of  # noqa: PLC0415  (loads shapely)
 
         if sequence is None:
+            if attempts is not None:
+                raise RunError(
+                    "A free fold has no attempts to count; leave attempts out, or name a sequence."
+                )
             free = colors_of(None, None)
             return self._open(
                 self.store.create(
@@ -171,18 +181,22 @@ class AppContext:
             fingerprint=photos.fingerprint(),
             front_color=colors.front,
             back_color=colors.back,
+            budget=attempts or self.settings.attempts,
             request_id=request_id,
             owner=caller(),
         )
         check_same_sequence(run, photos.fingerprint())
         return self._open(run)
 
-    def resume(self, run_id: str, sequence: str | None = None) -> "RunView":
+    def resume(self, run_id: str, sequence: str | None = None, attempts: int | None = None) -> "RunView":
         """Take up a run again.
 
-        RunError if there is none, or it is of another sequence, or its photos have changed.
+        RunError if there is none, or it is of another sequence or has other attempts, or its photos have changed.
         """
         run = self.run(run_id)
+        if attempts is not None and attempts != run.budget:
+            has = f"{run.budget} attempts a frame" if run.budget else "no attempts to count"
+            raise RunError(f"Run {run_id} has {has}, not {attempts}; leave attempts out to resume it.")
         if sequence is not None and sequence != run.sequence:
             kind = f"of sequence {run.sequence!r}" if run.sequence else "a free fold"
             raise RunError(
@@ -319,3 +333,11 @@ def request_id_of(ctx: ToolContext) -> str | None:
             f"{REQUEST_ID} {given!r:.80} is not possible: it must be a UUID made for this call; "
             f"send one, or none at all."
         ) from error
+
+
+def is_technical(ctx: ToolContext) -> bool:
+    """Whether the client goes back for a technical reason, as it says in the call's ``_meta``. RunError for another word."""
+    given = (ctx.request_context.meta or {}).get(TECHNICAL_RETURN, False)
+    if not isinstance(given, bool):
+        raise RunError(f"{TECHNICAL_RETURN} {given!r:.80} is not possible; send true, or leave it out.")
+    return given

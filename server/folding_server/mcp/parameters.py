@@ -100,4 +100,9 @@ ImageNumbers = Annotated[
 ]
 Frame = Annotated[int, Field(ge=1, description="a keyframe's number, from 1"), READ_WHOLE]
 LaterFrame = Annotated[int, Field(ge=2, description="the later keyframe's number, from 2"), READ_WHOLE]
+StateOfAttempt = Annotated[
+    int | None,
+    Field(ge=1, description="a state of the attempt, from 1; left out, its last"),
+    READ_WHOLE,
+]
 ImageSize = Annotated[Images, Field(description="none, small (half as wide) or full; left out, full")]

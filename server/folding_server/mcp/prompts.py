@@ -57,7 +57,7 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
     @server.prompt(title="Find the first mistake", icons=[icons.CHECK_ICON])
     def find_mistake() -> str:
         """Find the first saved frame that departs from its photo, as the agent's overview critic does."""
-        return prompt("server/find_mistake", overview=prompt("overview/system"))
+        return prompt("server/find_mistake", overview=prompt("overview/system", front=_FRONT, back=_BACK))
 
     @server.completion()  # type: ignore[untyped-decorator,no-untyped-call]
     async def complete(

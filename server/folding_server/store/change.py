@@ -37,7 +37,7 @@ class Change:
         return self._record(Acted(**self._heading(), action=action))
 
     def undo(self) -> RunView:
-        """Take back the newest action since the base checkpoint. The attempt it began still counts."""
+        """Take back the newest action since the base checkpoint; back at the checkpoint, the attempt has ended."""
         return self._record(Undone(**self._heading()))
 
     def save(self, frame: int, notes: str | None = None) -> RunView:
@@ -45,13 +45,19 @@ class Change:
         rules.check_notes(notes)
         return self._record(Saved(**self._heading(), frame=frame, notes=notes))
 
-    def restore(self, frame: int) -> RunView:
-        """Go back (or forth) to a frame's checkpoint; pending actions are given up, checkpoints stay."""
-        return self._record(Restored(**self._heading(), frame=frame))
+    def restore(self, frame: int, *, technical: bool = False) -> RunView:
+        """Go back (or forth) to a frame's checkpoint; pending actions are given up, checkpoints stay.
 
-    def commit(self, frame: int, attempt: int) -> RunView:
-        """Choose an attempt for good: save it and the chain it grew from, lock these frames, stand on it."""
-        return self._record(Committed(**self._heading(), frame=frame, attempt=attempt))
+        A ``technical`` return, because a reply was cut off, say, costs no attempt.
+        """
+        return self._record(Restored(**self._heading(), frame=frame, technical=technical))
+
+    def commit(self, frame: int, attempt: int, state: int | None = None) -> RunView:
+        """Choose an attempt for good: save it and the chain it grew from, lock these frames, stand on it.
+
+        With ``state``, counted from 1, it is that one of the attempt's states, else its last.
+        """
+        return self._record(Committed(**self._heading(), frame=frame, attempt=attempt, state=state))
 
     def _heading(self) -> dict[str, Any]:
         """What the event to record has in common with all events."""

@@ -1,10 +1,13 @@
-"""How much an owner may have on a server: runs, what they take up, and the time of the vision tools."""
+"""How much there may be: attempts at a frame, and, of an owner, runs, what they take up, and the time of the vision tools."""
 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from folding_server.errors import FoldingError, RunError
+
+BUDGET = 5
+"""How many attempts a frame of a sequence is allowed (paper, section "Bounded exploration")."""
 
 BYTES_PER_MEGABYTE = 1_000_000
 

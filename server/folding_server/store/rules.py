@@ -7,10 +7,13 @@ may call the same checks earlier, to refuse before they compute.
   without actions; later frames hang on it.
 * Only the frame after the base can be saved. A saved frame is replaced by restoring the one before it,
   acting, and saving again: so what is replaced was left on purpose.
-* Five attempts (``budget``) are allowed per frame, counted over the whole run, whichever state they grew
-  from. The fifth may go on until it is restored or saved. Then actions towards that frame, and saving it
-  unchanged, are refused until one of its attempts is committed (paper, section "Bounded exploration").
+* Five attempts (``budget``) are allowed at a frame from one state of the frame before. The fifth may go on until it
+  ends. Then actions towards that frame, and saving it unchanged, are refused until one of its attempts is committed
+  (paper, section "Bounded exploration"), or the frame before becomes another. A frame may be tried from three states
+  (``BUDGETS_PER_FRAME``), whatever becomes of them; from a fourth only while none of its attempts can be committed. So
+  a frame is tried ``3 * budget`` times at most, and ``budget`` times more for each commitment to a frame before it.
   Restoring an earlier checkpoint stays possible.
+* A technical return costs no attempt. The store takes the caller's word for it; callers bound how often they do so.
 * A commitment to frame t is final: frames up to t cannot be saved, and no frame before t can be restored.
   Frame t itself can: the work goes on from it, and without a way back to it the first wrong attempt at t+1
   could not be given up. Restoring t revisits nothing that was decided, since what t is cannot change.
@@ -22,8 +25,9 @@ import math
 from folding_schemas.actions import Action, AddVertex, Rotate
 
 from folding_server.errors import RunError
+from folding_server.store.exploration import Attempt
 from folding_server.store.run_events import Acted, Committed, Opened, Restored, RunEvent, Saved, Undone
-from folding_server.store.views import Attempt, RunView
+from folding_server.store.views import BUDGETS_PER_FRAME, RunView
 
 MAX_NOTES = 10_000
 """The most characters that the notes of a checkpoint may have."""
@@ -41,8 +45,8 @@ def check_event(view: RunView, event: RunEvent) -> None:
             check_may_save(view, frame)
         case Restored(frame=frame):
             check_may_restore(view, frame)
-        case Committed(frame=frame, attempt=number):
-            check_may_commit(view, frame, number)
+        case Committed(frame=frame, attempt=number, state=state):
+            check_may_commit(view, frame, number, state)
         case Opened():
             raise RunError(f"run {view.run_id} is open; call open_run without run_id to start another")
 
@@ -82,13 +86,15 @@ def check_may_restore(view: RunView, frame: int) -> None:
         )
 
 
-def check_may_commit(view: RunView, frame: int, number: int) -> None:
-    """Raise RunError unless this attempt at the frame may be chosen for good."""
+def check_may_commit(view: RunView, frame: int, number: int, state: int | None = None) -> None:
+    """Raise RunError unless this attempt at the frame, or this state of it, may be chosen for good."""
     if view.free:
         raise RunError("a free fold has no attempts to commit; use save_checkpoint and restore_checkpoint")
     if frame <= view.locked_to:
         raise RunError(f"no attempt at frame {frame} can be committed: {_locked(view)}; go on from there")
-    if not view.committable(find_attempt(view, frame, number)):
+    attempt = find_attempt(view, frame, number)
+    find_state(attempt, state)
+    if not view.committable(attempt):
         raise RunError(
             f"attempt {number} at frame {frame} grew from frames that a later commitment replaced; "
             f"make a new attempt from the checkpoint of frame {frame - 1}"
@@ -104,6 +110,18 @@ def find_attempt(view: RunView, frame: int, number: int) -> Attempt:
     if not 1 <= number <= len(made):
         raise RunError(f"there is no attempt {number} at frame {frame}; choose one from 1 to {len(made)}")
     return made[number - 1]
+
+
+def find_state(attempt: Attempt, state: int | None) -> Attempt:
+    """The attempt as it was when it had come to a state of it; RunError names those there are."""
+    if state is None:
+        return attempt
+    if not 1 <= state <= len(attempt.states):
+        raise RunError(
+            f"there is no state {state} of attempt {attempt.number} at frame {attempt.frame}; "
+            f"choose one from 1 to {len(attempt.states)}, or leave it out for the last"
+        )
+    return attempt.at(state)
 
 
 def check_same_sequence(view: RunView, fingerprint: str | None) -> None:
@@ -126,12 +144,16 @@ def check_notes(notes: str | None) -> None:
 
 
 def _check_budget(view: RunView) -> None:
-    frame = view.base + 1
-    if view.budget is None or view.open_attempt or view.used(frame) < view.budget:
+    if view.attempts_left != 0:
         return
+    frame = view.base + 1
+    spent = f"the {view.budget} attempts at frame {frame} are used up"
+    if view.used(frame) < (view.budget or 0):
+        spent = (
+            f"frame {frame} has been tried from {BUDGETS_PER_FRAME} states of frame {view.base}, which is all"
+        )
     raise RunError(
-        f"the {view.budget} attempts at frame {frame} are used up; "
-        f"call list_attempts({frame}), then commit_attempt({frame}, k) with the best of them"
+        f"{spent}; call list_attempts({frame}), then commit_attempt({frame}, k) with the best of them"
     )
 
 

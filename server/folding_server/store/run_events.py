@@ -11,7 +11,11 @@ from folding_schemas.actions import Action
 from folding_schemas.wire import Wire
 from pydantic import AwareDatetime, Field, PositiveInt, TypeAdapter
 
-EVENT_FORMAT = 1
+EVENT_FORMAT = 2
+"""Format 2 has the rules of a run, technical restores, and commitments to an earlier state of an attempt."""
+
+RULES = 2
+"""How attempts are counted in runs that are opened now. By rules 1, an undo back to the checkpoint ended none."""
 
 IN_COLUMNS = frozenset({"seq", "time", "kind", "request_id"})
 """The fields of an event that are columns of the table; the others are its payload."""
@@ -31,7 +35,8 @@ class Opened(Recorded):
     """The run began; always event 1, and only that.
 
     ``sequence``, ``fingerprint`` and ``budget`` are None and ``frames`` is 0 for a free fold. ``sheet`` is
-    the width and height of the unfolded sheet in units of the square's side.
+    the width and height of the unfolded sheet in units of the square's side. ``rules`` says how the run's attempts
+    are counted, for good.
     """
 
     kind: Literal["opened"] = "opened"
@@ -42,6 +47,7 @@ class Opened(Recorded):
     back_color: str
     fingerprint: str | None
     budget: int | None
+    rules: PositiveInt = 1
 
 
 class Acted(Recorded):
@@ -66,18 +72,20 @@ class Saved(Recorded):
 
 
 class Restored(Recorded):
-    """The checkpoint of a frame became the current state."""
+    """The checkpoint of a frame became the current state. A ``technical`` return says nothing of what was given up."""
 
     kind: Literal["restored"] = "restored"
     frame: int
+    technical: bool = False
 
 
 class Committed(Recorded):
-    """An attempt at a frame was chosen for good."""
+    """An attempt at a frame was chosen for good; its last state, unless another ``state`` of it is named."""
 
     kind: Literal["committed"] = "committed"
     frame: int
     attempt: int
+    state: int | None = None
 
 
 RunEvent = Annotated[

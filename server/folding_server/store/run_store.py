@@ -15,14 +15,11 @@ from folding_server.errors import RunError
 from folding_server.store import owners
 from folding_server.store.change import Change, other_call, require_same_call
 from folding_server.store.database import EventTable, Requested, Taken, Transaction, database_url
-from folding_server.store.limits import NO_LIMITS, OwnerLimits
+from folding_server.store.limits import BUDGET, NO_LIMITS, OwnerLimits
 from folding_server.store.owners import RunSummary
-from folding_server.store.run_events import Opened, RunEvent
+from folding_server.store.run_events import RULES, Opened, RunEvent
 from folding_server.store.run_ids import is_run_id, new_run_id
 from folding_server.store.views import RecordDamaged, RunView, fold_events, opened_view, step
-
-BUDGET = 5
-"""How many attempts a frame of a sequence is allowed (paper, section "Bounded exploration")."""
 
 _CACHED_RUNS = 256
 _CACHED_OWNERS = 10_000
@@ -105,6 +102,7 @@ class RunStore:
             back_color=back_color,
             fingerprint=fingerprint if sequence is not None else None,
             budget=budget if sequence is not None else None,
+            rules=RULES,
         )
         return self._keep(self._opened(opened, owner))
 

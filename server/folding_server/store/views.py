@@ -9,13 +9,14 @@ before. The current state grew from one of them, the base, by the pending action
   reached by the same actions as the old one; otherwise they grew from a state that is gone, and go with it.
   So a run can never be complete in a mixture of two solutions.
 * An attempt at frame t begins with the first action from checkpoint t-1 and ends at the next restore, save or
-  commit. It is counted from its first action, also if that is undone later. Saving frame t without any action
-  ("nothing changed") is an attempt with no actions. Frame 1 is the flat sheet and has no attempts.
-* An attempt remembers the chain it grew from. Committing it makes that chain, with the attempt's state on
-  top, the saved checkpoints, and locks them: ``locked_to`` is the attempt's frame from then on.
+  commit, or when an undo comes back to the checkpoint. Saving frame t without any action ("nothing changed") is an
+  attempt with no actions. Frame 1 is the flat sheet and has no attempts. In runs opened by rules 1, which numbered
+  their attempts so, an undo ends none.
+* An attempt counts against the budget of the state that it grew from, unless a technical return ended it.
+* An attempt remembers the chain it grew from, and every state that it came to. Committing it makes that chain, with
+  one of its states on top, the saved checkpoints, and locks them: ``locked_to`` is the attempt's frame from then on.
 * An attempt at a later frame that grew from another chain than the locked one can no longer be chosen. It
-  stays in the list but no longer counts against the budget: else a frame could be left with no attempt to
-  make and none to choose. The lock only ever rises, so exploration stays bounded.
+  stays in the list.
 * A free fold begins with the flat sheet saved as frame 1; its further checkpoints are bookmarks without
   number limit, and it has no attempts.
 """
@@ -27,8 +28,8 @@ from functools import reduce
 from types import MappingProxyType
 
 from folding_schemas.actions import Actions, Program
-from folding_schemas.results import AttemptOutcome
 
+from folding_server.store.exploration import Attempt, Checkpoint
 from folding_server.store.run_events import (
     IN_COLUMNS,
     Acted,
@@ -40,46 +41,8 @@ from folding_server.store.run_events import (
     Undone,
 )
 
-
-@dataclass(frozen=True, slots=True)
-class Checkpoint:
-    """A saved frame: ``actions`` lead to it from the frame before, ``path`` from the flat sheet."""
-
-    frame: int
-    actions: Actions
-    path: Actions
-    notes: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Attempt:
-    """One explored transition to ``frame``: its ancestors, checkpoints 1..frame-1, and its actions."""
-
-    frame: int
-    number: int
-    ancestors: tuple[Checkpoint, ...]
-    actions: Actions = ()
-    outcome: AttemptOutcome = "open"
-    notes: str | None = None
-
-    @property
-    def label(self) -> str:
-        """The name under which a selector sees the attempt: B1, B2, ..."""
-        return f"B{self.number}"
-
-    @property
-    def base_path(self) -> Actions:
-        """All actions from the flat sheet to the checkpoint that the attempt grew from."""
-        return self.ancestors[-1].path
-
-    @property
-    def path(self) -> Actions:
-        """All actions from the flat sheet to the attempt's state."""
-        return self.base_path + self.actions
-
-    def checkpoint(self) -> Checkpoint:
-        """The attempt's state as a checkpoint of its frame."""
-        return Checkpoint(self.frame, self.actions, self.path, self.notes)
+BUDGETS_PER_FRAME = 3
+"""From how many states of the frame before a frame may be tried: twice, a mistake in an earlier frame can be mended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +52,7 @@ class RunView:
     ``base`` is the frame whose checkpoint the current state grew from, 0 before frame 1 is saved; ``pending``
     are the actions since. ``attempts`` holds the attempts at each frame, oldest first, ``restores`` how often
     each checkpoint was restored (never reset). Frames up to ``locked_to`` are committed. ``frames`` is 0, and
-    ``sequence``, ``fingerprint`` and ``budget`` are None, for a free fold.
+    ``sequence``, ``fingerprint`` and ``budget`` are None, for a free fold. ``rules`` says how attempts are counted.
     """
 
     run_id: str
@@ -103,6 +66,7 @@ class RunView:
     back_color: str
     fingerprint: str | None
     budget: int | None
+    rules: int = 1
     base: int = 0
     pending: Actions = ()
     checkpoints: Mapping[int, Checkpoint] = field(default_factory=lambda: MappingProxyType({}))
@@ -155,10 +119,32 @@ class RunView:
             mine.path == self.checkpoints[mine.frame].path for mine in attempt.ancestors[: self.locked_to]
         )
 
+    def on_path(self, attempt: Attempt) -> bool:
+        """Whether the attempt grew from the state that is saved for the frame before."""
+        before = self.checkpoints.get(attempt.frame - 1)
+        return before is not None and attempt.base_path == before.path
+
     def used(self, frame: int) -> int:
-        """How many attempts at the frame count against the budget."""
-        made = self.attempts.get(frame, ())
-        return sum(frame <= self.locked_to or self.committable(attempt) for attempt in made)
+        """How many attempts at the frame count against the budget of the state that is saved for the frame before."""
+        return sum(each.counted and self.on_path(each) for each in self.attempts.get(frame, ()))
+
+    @property
+    def attempts_left(self) -> int | None:
+        """How many attempts can be made from the base, the open one included; None where there are none, or no limit."""
+        if self.budget is None or self.next_attempt is None:
+            return None
+        if self.open_attempt:
+            return max(self.budget - self.used(self.base + 1), 0) + 1
+        return self.budget - self.used(self.base + 1) if self._may_try_from_here() else 0
+
+    def rewritten_by(self, attempt: Attempt) -> list[int]:
+        """The saved frames before the attempt's that would become others if it was committed."""
+        return [each.frame for each in attempt.ancestors if self._is_other(each)]
+
+    def dropped_by(self, attempt: Attempt) -> list[int]:
+        """The saved frames after the attempt's that would go if it was committed, since they grew from others."""
+        same = not any(map(self._is_other, attempt.chain()))
+        return [] if same else [frame for frame in sorted(self.checkpoints) if frame > attempt.frame]
 
     def chain(self, frame: int) -> tuple[Checkpoint, ...]:
         """The checkpoints of frames 1..frame; KeyError if one is not saved."""
@@ -171,6 +157,19 @@ class RunView:
     def current_program(self) -> Program:
         """The current state as a program: the steps to the base, then the pending actions if any."""
         return self._program(self.chain(self.base), self.pending)
+
+    def _is_other(self, checkpoint: Checkpoint) -> bool:
+        """Whether another state than this is saved for its frame."""
+        saved = self.checkpoints.get(checkpoint.frame)
+        return saved is not None and saved.path != checkpoint.path
+
+    def _may_try_from_here(self) -> bool:
+        """Whether the frame after the base has been tried from it less often than it may be, and from few enough others."""
+        made = [each for each in self.attempts.get(self.base + 1, ()) if each.counted]
+        tried_from = {each.base_path for each in made}
+        if self.base_path in tried_from:
+            return self.used(self.base + 1) < (self.budget or 0)
+        return len(tried_from) < BUDGETS_PER_FRAME or not any(map(self.committable, made))
 
     def _program(self, chain: tuple[Checkpoint, ...], last: Actions = ()) -> Program:
         steps = tuple(checkpoint.actions for checkpoint in chain[1:])
@@ -224,25 +223,34 @@ def step(view: RunView, event: RunEvent) -> RunView:
 def _happen(view: RunView, event: RunEvent) -> RunView:
     match event:
         case Acted(action=action):
-            return _with_pending(view, (*view.pending, action))
+            return _acted(view, (*view.pending, action))
         case Undone():
-            return _with_pending(view, view.pending[:-1])
+            return _undone(view, view.pending[:-1])
         case Saved(frame=frame, notes=notes):
             return _saved(view, frame, notes)
-        case Restored(frame=frame):
-            return _restored(view, frame)
-        case Committed(frame=frame, attempt=number):
-            return _committed(view, frame, number)
+        case Restored(frame=frame, technical=technical):
+            return _restored(view, frame, counted=not technical)
+        case Committed(frame=frame, attempt=number, state=state):
+            return _committed(view, frame, number, state)
         case Opened():
             raise LookupError(event.kind)
 
 
-def _with_pending(view: RunView, pending: Actions) -> RunView:
-    """The view with other pending actions; begins an attempt if none is open."""
+def _acted(view: RunView, pending: Actions) -> RunView:
+    """The view after an action; begins an attempt if none is open."""
+    after = replace(view, pending=pending)
     if view.free:
-        return replace(view, pending=pending)
-    attempt = view.open_attempt or _new_attempt(view)
-    return replace(_with_attempt(view, replace(attempt, actions=pending)), pending=pending)
+        return after
+    return _with_attempt(after, (view.open_attempt or _new_attempt(view)).acted(pending))
+
+
+def _undone(view: RunView, pending: Actions) -> RunView:
+    """The view without its last action; back at the checkpoint, the attempt has ended."""
+    after, attempt = replace(view, pending=pending), view.open_attempt
+    if attempt is None:
+        return after
+    ends = not pending and view.rules > 1
+    return _with_attempt(after, attempt.taken_back() if ends else replace(attempt, actions=pending))
 
 
 def _new_attempt(view: RunView) -> Attempt:
@@ -271,24 +279,24 @@ def _saved(view: RunView, frame: int, notes: str | None) -> RunView:
     chain = (*view.chain(frame - 1), saved)
     if not view.free and frame > 1:
         attempt = view.open_attempt or _new_attempt(view)
-        view = _with_attempt(view, replace(attempt, outcome="saved", notes=notes))
+        view = _with_attempt(view, replace(attempt.ended("saved"), notes=notes))
     return _with_chain(view, chain)
 
 
-def _restored(view: RunView, frame: int) -> RunView:
-    view = _with_attempt_given_up(view)
+def _restored(view: RunView, frame: int, *, counted: bool) -> RunView:
+    view = _with_attempt_given_up(view, counted=counted)
     restores = {**view.restores, frame: view.restores.get(frame, 0) + 1}
     base = view.checkpoints[frame].frame
     return replace(view, base=base, pending=(), restores=MappingProxyType(restores))
 
 
-def _with_attempt_given_up(view: RunView) -> RunView:
+def _with_attempt_given_up(view: RunView, *, counted: bool = True) -> RunView:
     attempt = view.open_attempt
-    return _with_attempt(view, replace(attempt, outcome="restored")) if attempt else view
+    return _with_attempt(view, attempt.ended("restored", counted=counted)) if attempt else view
 
 
-def _committed(view: RunView, frame: int, number: int) -> RunView:
+def _committed(view: RunView, frame: int, number: int, state: int | None) -> RunView:
     view = _with_attempt_given_up(view)
     chosen = view.attempts[frame][number - 1]
-    view = _with_attempt(view, replace(chosen, outcome="committed"))
-    return replace(_with_chain(view, (*chosen.ancestors, chosen.checkpoint())), locked_to=frame)
+    chosen = replace(chosen if state is None else chosen.at(state), outcome="committed")
+    return replace(_with_chain(_with_attempt(view, chosen), chosen.chain()), locked_to=frame)

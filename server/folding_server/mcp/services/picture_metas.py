@@ -23,9 +23,10 @@ def diagram_of_candidate(frame: int) -> PictureMeta:
     return PictureMeta(subject=f"diagram of the candidate for frame {frame}", frame=frame, role="diagram")
 
 
-def diagram_of_attempt(frame: int, attempt: int) -> PictureMeta:
-    """The state that an attempt at a keyframe came to."""
-    return PictureMeta(subject=f"diagram of attempt {attempt}", frame=frame, role="diagram")
+def diagram_of_attempt(frame: int, attempt: int, state: int | None = None) -> PictureMeta:
+    """The state that an attempt at a keyframe came to last, or an earlier one."""
+    earlier = f", state {state}" if state else ""
+    return PictureMeta(subject=f"diagram of attempt {attempt}{earlier}", frame=frame, role="diagram")
 
 
 def diagram_of_current_state() -> PictureMeta:
@@ -33,9 +34,9 @@ def diagram_of_current_state() -> PictureMeta:
     return PictureMeta(subject="diagram of the current state", role="diagram")
 
 
-def overlay_on(frame: int, attempt: int | None) -> PictureMeta:
+def overlay_on(frame: int, attempt: int | None, state: int | None = None) -> PictureMeta:
     """The current state, or what an attempt came to, drawn over the photo of a keyframe."""
-    of_attempt = f" of attempt {attempt}" if attempt else ""
+    of_attempt = f" of attempt {attempt}{f', state {state}' if state else ''}" if attempt else ""
     return PictureMeta(
         subject=f"overlay{of_attempt} on the photo of frame {frame}", frame=frame, role="overlay"
     )

@@ -7,7 +7,8 @@ from folding_schemas.results import CheckpointState, RunInfo
 from folding_server.errors import RunError
 from folding_server.simulator import folded_state
 from folding_server.simulator.vertices import id_ranges
-from folding_server.store.views import Checkpoint, RunView
+from folding_server.store.exploration import Checkpoint
+from folding_server.store.views import RunView
 
 if TYPE_CHECKING:
     from folding_server.mcp.context import AppContext
@@ -30,6 +31,8 @@ def run_info(run: RunView) -> RunInfo:
         locked_to=run.locked_to,
         complete=run.complete,
         program=run.program(),
+        attempts_used={frame: run.used(frame) for frame in run.attempts},
+        attempts_left=run.attempts_left,
     )
 
 
@@ -80,6 +83,11 @@ def next_step(run: RunView) -> str:
 
 
 def attempt_in_words(run: RunView) -> str:
-    """Which attempt at which frame the pending actions belong to; empty in a free fold."""
-    attempt = run.open_attempt
-    return f"Attempt {attempt.number} of {run.budget} at frame {attempt.frame}." if attempt else ""
+    """Which attempt at which frame the pending actions belong to, or how many are left; empty in a free fold."""
+    if run.attempts_left is None:
+        return ""
+    attempt, frame = run.open_attempt, run.base + 1
+    if attempt is None:
+        return f"Attempts left at frame {frame}: {run.attempts_left} of {run.budget}."
+    number = "" if attempt.number == run.used(frame) else f" (number {attempt.number} in list_attempts)"
+    return f"Attempt {run.used(frame)} of {run.budget} at frame {frame}{number}."

@@ -13,13 +13,13 @@ from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.mcp import icons
-from folding_server.mcp.context import AppContext, ToolContext, app_context
+from folding_server.mcp.context import AppContext, ToolContext, app_context, is_technical
 from folding_server.mcp.parameters import Frame, ImageSize, RunId
 from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.services.run_addresses import checkpoint_links
-from folding_server.mcp.services.run_status import checkpoint_state, next_step
+from folding_server.mcp.services.run_status import attempt_in_words, checkpoint_state, next_step
 from folding_server.mcp.services.vision_jobs import OverviewColumn, SequencePlace, SheetColors, draw_overview
 from folding_server.mcp.tool_record import ADDS, GIVES_UP, LOOKS, tool
 from folding_server.simulator import folded_state
@@ -54,15 +54,18 @@ def restore_checkpoint(
     """Go back to a saved frame."""
     app = app_context(ctx)
     with app.change(ctx, run_id) as change:
-        run = change.restore(frame)
+        run = change.restore(frame, technical=is_technical(ctx))
     restored = CheckpointRestored(
         frame=frame,
         next_attempt=run.next_attempt,
         restore_count=run.restores[frame],
         state=folded_state(app.paper(run)),
+        attempts_used=run.used(frame + 1),
+        attempts_left=run.attempts_left,
     )
+    said = f"Back at frame {frame}, restore {run.restores[frame]} of this checkpoint."
     return call_tool_result(
-        f"Back at frame {frame}, restore {run.restores[frame]} of this checkpoint. {next_step(run)}", restored
+        " ".join(part for part in (said, next_step(run), attempt_in_words(run)) if part), restored
     )
 
 

@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from folding_schemas.attempt_limits import MOST_ATTEMPTS
 from folding_schemas.results import RunInfo, RunList, SequenceInfo, SequenceList
 from mcp.types import CallToolResult
 from pydantic import Field
@@ -20,6 +21,15 @@ OptionalSequence = Annotated[
     str | None, Field(description="the name of a sequence, as list_sequences shows it")
 ]
 ResumedId = Annotated[str | None, Field(description="the id of an earlier run to take up again")]
+OptionalAttempts = Annotated[
+    int | None,
+    Field(
+        ge=1,
+        le=MOST_ATTEMPTS,
+        description="attempts at each frame of a new run, from 1 to 20",
+    ),
+    READ_WHOLE,
+]
 Most = Annotated[
     int,
     Field(ge=1, le=MOST_RUNS, description="how many runs to list, from 1 to 100; left out, 20"),
@@ -60,11 +70,17 @@ def sequence_list(app: AppContext) -> SequenceList:
 
 @tool("Open a run", ADDS, icons.RUN_ICON, within="paper")
 def open_run(
-    ctx: ToolContext, sequence: OptionalSequence = None, run_id: ResumedId = None
+    ctx: ToolContext,
+    sequence: OptionalSequence = None,
+    run_id: ResumedId = None,
+    attempts: OptionalAttempts = None,
 ) -> Annotated[CallToolResult, RunInfo]:
     """Start a run or resume one."""
     app = app_context(ctx)
-    run = app.resume(run_id, sequence) if run_id is not None else app.open(sequence, request_id_of(ctx))
+    if run_id is not None:
+        run = app.resume(run_id, sequence, attempts)
+    else:
+        run = app.open(sequence, request_id_of(ctx), attempts)
     verb = "Resumed" if run_id is not None else "Opened"
     about = f"on {run.sequence}, {run.frames} frames" if run.sequence else "as a free fold"
     return call_tool_result(f"{verb} run {run.run_id} {about}. {next_step(run)}", run_info(run))

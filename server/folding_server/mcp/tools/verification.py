@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
+from folding_schemas.actions import Actions
 from folding_schemas.results import Comparison, CriticGrid, Foldability
 from mcp.types import CallToolResult
 from pydantic import Field
@@ -10,7 +11,7 @@ from pydantic import Field
 from folding_server.errors import RunError
 from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext, ToolContext, app_context
-from folding_server.mcp.parameters import READ_WHOLE, Frame, ImageSize, LaterFrame, RunId
+from folding_server.mcp.parameters import READ_WHOLE, Frame, ImageSize, LaterFrame, RunId, StateOfAttempt
 from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import diagram, photo_beside_others
@@ -19,7 +20,7 @@ from folding_server.mcp.services.run_status import checkpoint_at
 from folding_server.mcp.services.vision_jobs import SequencePlace, check_folding_flat, compare_paper
 from folding_server.mcp.tool_record import LOOKS, tool
 from folding_server.simulator import Paper, folded_state
-from folding_server.store.rules import find_attempt
+from folding_server.store.rules import find_attempt, find_state
 from folding_server.store.views import RunView
 
 if TYPE_CHECKING:
@@ -82,31 +83,43 @@ async def compare_to_frame(
     ctx: ToolContext,
     frame: Frame,
     attempt: AttemptNumber = None,
+    state: StateOfAttempt = None,
     images: ImageSize = "full",
     run_id: RunId = None,
 ) -> Annotated[CallToolResult, Comparison]:
     """Measure how well the current state, or what an attempt at the frame came to, explains a photo."""
-    place, paper = await aside(_to_compare, app_context(ctx), frame, attempt, run_id)
+    place, paper = await aside(_to_compare, app_context(ctx), frame, attempt, state, run_id)
     draw = images != "none"
     found, overlay = await compute_long(
         ctx, "compare_to_frame", 2, compare_paper, place, paper, frame, draw, place=place.key
     )
     said = _in_words(found)
-    meta = picture_metas.overlay_on(frame, attempt)
+    meta = picture_metas.overlay_on(frame, attempt, state)
     shown = [AnswerPicture(overlay, meta)] if overlay else []
     text = said if attempt is None else f"Attempt {attempt}: {said}"
     return await aside(picture_result, text, found, shown, images)
 
 
 def _to_compare(
-    app: AppContext, frame: int, attempt: int | None, run_id: str | None
+    app: AppContext, frame: int, attempt: int | None, state: int | None, run_id: str | None
 ) -> tuple[SequencePlace, Paper]:
     """The photos and the paper that a call means."""
     run = app.run(run_id)
     photos = app.sequence(run)
     photos.require(frame)
-    actions = run.actions if attempt is None else find_attempt(run, frame, attempt).path
+    actions = _compared_actions(run, frame, attempt, state)
     return SequencePlace.of(photos), app.replays.after(run.sheet, actions)
+
+
+def _compared_actions(run: RunView, frame: int, attempt: int | None, state: int | None) -> Actions:
+    """The actions to what is compared: the current state, or one that an attempt came to. RunError if there is none."""
+    if attempt is not None:
+        return find_state(find_attempt(run, frame, attempt), state).path
+    if state is not None:
+        raise RunError(
+            "A state is compared of an attempt; give the number of the attempt too, or leave state out."
+        )
+    return run.actions
 
 
 @tool("Check flat-foldability", LOOKS, icons.CHECK_ICON, long=True)
