@@ -55,8 +55,11 @@ class Listener:
     replies: Iterable[Reply]
     heard: list[Query] = field(default_factory=list)
 
-    async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> Reply:
+    async def query(
+        self, messages: Sequence[Message], tools: Sequence[ToolSpec], *, json_mode: bool = False
+    ) -> Reply:
         """The next reply."""
+        del json_mode
         reply = next(iter(self.replies))
         self.heard.append(Query(self.name, tuple(messages), tuple(tools), reply))
         return reply
