@@ -1,5 +1,8 @@
 """The solver on photographs of a sailboat: painted ones, and ones that a person took with a camera in the hand."""
 
+from functools import cache
+from pathlib import Path
+
 import pytest
 from folding_schemas.actions import AddVertex, Fold
 from folding_server.frames.sequences import load_sequence
@@ -13,12 +16,16 @@ pytestmark = pytest.mark.xdist_group("sailboat")  # one worker solves it, once
 
 
 @pytest.fixture(
-    scope="module",
     params=["photographed", pytest.param("taken", marks=pytest.mark.reference("photos/sailboat"))],
 )
 def plans(request: pytest.FixtureRequest) -> list[Plan]:
     """What is proposed first for each photo of a sailboat after the sheet."""
-    folder = photos() if request.param == "photographed" else REFERENCE / "photos"
+    return proposed(photos() if request.param == "photographed" else REFERENCE / "photos")
+
+
+@cache
+def proposed(folder: Path) -> list[Plan]:
+    """The plans for the photos in a folder, made once."""
     eyes, paper, found = see_sequence(load_sequence(folder / "sailboat")), new_paper(), []
     for frame in (2, 3, 4):
         found.append(propose(paper, eyes, frame)[0])

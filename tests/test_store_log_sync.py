@@ -71,21 +71,19 @@ def test_a_reader_waits_for_what_it_may_have_read(tmp_path: Path, disk: SyncedDi
     with DirectStore.in_folder(tmp_path) as store:
         run_id = store.create().run_id
         seen: list[tuple[int, bool]] = []
+        reader = threading.Thread(
+            target=lambda: seen.append((store.load(run_id).seq, disk.holds(log_of(tmp_path))))
+        )
 
         def read_meanwhile() -> None:
             disk.before = lambda: None
-            reader = threading.Thread(
-                target=lambda: seen.append((store.load(run_id).seq, disk.holds(log_of(tmp_path))))
-            )
             reader.start()
             reader.join(0.3)
             assert seen == []
 
         disk.before = read_meanwhile
         store.act(run_id, Rotate(angle=1))
-        for thread in threading.enumerate():
-            if thread is not threading.current_thread():
-                thread.join(5)
+        reader.join()
     assert seen == [(2, True)]
 
 
