@@ -89,13 +89,19 @@ def listings(store: RunStore) -> dict[str, Callable[[], object]]:
     }
 
 
+def copy_id(number: int) -> str:
+    """The id of a copy of a run; ids sort as their numbers do."""
+    return "20990101-000000-" + f"{number:010d}".translate(str.maketrans("0123456789", "abcdefghij"))
+
+
 def fill(database: Path, run_id: str, copies: int) -> None:
     """Add copies of a run under other ids, opened later, by four owners in turn."""
     connection = sqlite3.connect(database)
     numbered = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < ?) INSERT INTO"
-    opened = "printf('20990101-000000-%010d', i)"
+    opened = "copy_id(i)"
     time_of = "strftime('%Y-%m-%dT%H:%M:%S.000000+00:00', '2099-01-01', i || ' seconds')"
     with closing(connection), connection:
+        connection.create_function("copy_id", 1, copy_id)
         connection.execute(
             f"{numbered} folding_events SELECT {opened}, seq, format, {time_of}, kind, payload, NULL "  # noqa: S608
             "FROM n, folding_events WHERE run_id = ?",
