@@ -41,8 +41,6 @@ RUN = {command.shape: command for command in documented() if command.why_not_run
 """Commands that differ only in the names of files are run once."""
 LOOKED_UP = [command for command in documented() if command.why_not_run is not None]
 
-pytestmark = pytest.mark.xdist_group("documented_commands")
-
 
 def environment(home: Path) -> dict[str, str]:
     """A user without settings, whose folders are below the checkout."""

@@ -184,7 +184,9 @@ def test_a_verdict_that_cannot_be_read_twice_reaches_the_agent_in_the_critic_s_w
     words = "The left flap in D is a little longer than in B, but I would let it pass."
     with OpenAI(save(1), act(TURN), ask(2, "rotate"), Says("Fine."), Says(words), save(2)) as provider:
         assert run(2, tmp_path / "run", model=MODEL, api_base=provider.url).status == "complete"
-    told = provider.received[-1]["messages"][-1]["content"]
+    told = [message for message in provider.received[-1]["messages"] if message["role"] == "tool"][-1][
+        "content"
+    ]
     assert "NO VERDICT" in told
     assert words in told
     (verdict,) = events(tmp_path / "run", "verdict")

@@ -12,8 +12,6 @@ from folding_server.vision.solver import Plan, propose
 from photographed import photos
 from reference_data import REFERENCE
 
-pytestmark = pytest.mark.xdist_group("sailboat")  # one worker solves it, once
-
 
 @pytest.fixture(
     params=["photographed", pytest.param("taken", marks=pytest.mark.reference("photos/sailboat"))],

@@ -11,8 +11,6 @@ from folding_server.vision.solver import propose
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.swings import WatchedPlaces, contradiction, watched_places
 
-pytestmark = pytest.mark.xdist_group("film")  # one worker sees the film, once
-
 
 @pytest.fixture(scope="module")
 def right_part_lifted() -> Paper:

@@ -362,7 +362,7 @@ def tamper(folder: Path, statement: str) -> None:
             "UPDATE folding_events SET kind = 'restored', payload = '{\"frame\": 7}' WHERE seq = 2",
             r"damaged: event 2 \(restored\) speaks of what is not there",
         ),
-        ("UPDATE folding_events SET format = 2 WHERE seq = 2", "in format 2, and this server reads up to 1"),
+        ("UPDATE folding_events SET format = 3 WHERE seq = 2", "in format 3, and this server reads up to 2"),
         ("DELETE FROM folding_events", "there is no run"),
     ],
 )

@@ -1,6 +1,5 @@
 """The images between two photos tell which side of the paper moved, and hands in them are no motion."""
 
-import pytest
 from films import LOOK, eyes_on_film, film_movement, halves
 from folding_server.simulator import fold
 from folding_server.simulator.paper import new_paper
@@ -9,8 +8,6 @@ from folding_server.vision.motion import movement
 from folding_server.vision.photos import Film
 from folding_server.vision.seeing import see_sequence
 from vision_scenes import PhotoList, paint
-
-pytestmark = pytest.mark.xdist_group("film")  # one worker sees the film, once
 
 
 def test_the_moving_side_changes_and_the_other_stays() -> None:
