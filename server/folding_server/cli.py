@@ -33,6 +33,7 @@ from folding_server.command_options import (
     VisionWorkers,
     file_to_write,
 )
+from folding_server.data_folder import data_folder, folder_for_runs
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.store.limits import BUDGET
@@ -98,17 +99,13 @@ def serve(
         return
     from folding_server.mcp.context import AppContext, ServerSettings
     from folding_server.store.limits import parse_limits
-    from folding_server.workers.worker_pool import usual_workers
 
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
     _check_tokens_are_meant(http, token_file, limit)
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
-    folder = _data_folder(data)
-    if database is None:
-        _make_folder(folder)
     settings = ServerSettings(
-        folder,
+        folder_for_runs(data, database),
         database,
         tuple(sequences or ()),
         tuple(each.resolve() for each in allow or ()),
@@ -116,7 +113,7 @@ def serve(
         tool_set=tools,
         read_only=read_only,
         limits=parse_limits(limit or ()),
-        vision_workers=usual_workers() if vision_workers is None else vision_workers,
+        vision_workers=_workers(vision_workers),
         vision_queue=vision_queue,
         attempts=attempts,
     )
@@ -125,6 +122,13 @@ def serve(
             _serve_stdio(app)
         else:
             _serve_http(app, http, known_as or (), token_file)
+
+
+def _workers(given: int | None) -> int:
+    """How many worker processes a server has."""
+    from folding_server.workers.worker_pool import usual_workers
+
+    return usual_workers() if given is None else given
 
 
 def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: list[str] | None) -> None:
@@ -156,23 +160,6 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
 
     tokens = read_tokens(token_file) if token_file else None
     serve_http(app, parse_address(address), known_as, tokens)
-
-
-def _data_folder(given: Path | None) -> Path:
-    """The folder for the database: the user's own data folder if nothing else is said."""
-    from platformdirs import user_data_path
-
-    return given or user_data_path("foldingagent", appauthor=False)
-
-
-def _make_folder(folder: Path) -> None:
-    """Make the data folder if it is missing. FoldingError if it cannot be made."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FoldingError(
-            f"The data folder {folder} cannot be made ({error.strerror}); choose another with --data."
-        ) from error
 
 
 app.command()(install)
@@ -335,7 +322,7 @@ def view(
     def tell(sentence: str) -> None:
         typer.echo(sentence, err=True)
 
-    model = open_model(source, StoredRuns(_data_folder(data), database), sequences or (), tell)
+    model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
     if out:
         from folding_server.view.page import page_html
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import folding_schemas
-from folding_schemas.run_record import record_schemas
+from folding_schemas.event_record import record_schemas
 
 FOLDER = Path(folding_schemas.__file__).parent
 
