@@ -83,6 +83,7 @@ def killed_in_the_middle(data: Path, films: Path) -> None:
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of processes are POSIX's")
 class TestFaults:
+    @pytest.mark.slow
     async def test_a_kill_while_it_is_written_leaves_no_half_sequence(
         self, tmp_path: Path, films: Path
     ) -> None:
@@ -144,6 +145,7 @@ class TestFaults:
 
 
 class TestOwners:
+    @pytest.mark.slow
     async def test_a_sequence_is_there_for_the_owner_who_added_it_alone(
         self, tmp_path: Path, films: Path
     ) -> None:
@@ -200,6 +202,7 @@ async def names(host: Host) -> list[str]:
     return [each["name"] for each in found["sequences"]]
 
 
+@pytest.mark.slow
 async def test_over_stdio_a_film_below_an_allowed_folder_becomes_a_sequence(
     tmp_path: Path, films: Path
 ) -> None:
@@ -232,6 +235,7 @@ with AppContext(ServerSettings(Path(sys.argv[1]), allowed=(Path(sys.argv[2]),)))
 """
 
 
+@pytest.mark.slow
 def test_photos_need_no_pyav_and_a_film_is_refused_with_what_to_install(tmp_path: Path, films: Path) -> None:
     (films / "film.mp4").write_bytes(b"film")
     command = [sys.executable, "-c", WITHOUT_PYAV, str(tmp_path / "data"), str(films)]
@@ -241,6 +245,7 @@ def test_photos_need_no_pyav_and_a_film_is_refused_with_what_to_install(tmp_path
     assert "pip install 'foldingagent-mcp[video]'" in refused
 
 
+@pytest.mark.slow
 async def test_the_view_shows_a_run_of_an_added_sequence_with_its_photos(tmp_path: Path, films: Path) -> None:
     async with in_memory(tmp_path / "data", allowed=films) as host:
         await host.call("add_sequence", paths="hat")

@@ -78,6 +78,7 @@ async def listed(host: Host) -> dict[str, int]:
 
 
 class TestFilms:
+    @pytest.mark.slow
     async def test_the_keyframes_of_a_film_are_proposed_and_served_at_once_and_after_a_restart(
         self, tmp_path: Path, films: Path, letter: Clip
     ) -> None:
@@ -107,6 +108,7 @@ class TestFilms:
         assert letter.path.read_bytes() == before
         assert [file.name for file in films.iterdir()] == ["letter.mp4"]
 
+    @pytest.mark.slow
     async def test_the_contact_sheet_has_the_keyframes_in_red_and_can_be_made_small_or_left_out(
         self, tmp_path: Path, films: Path, letter: Clip
     ) -> None:
@@ -130,6 +132,7 @@ class TestFilms:
         assert framed.any()
         assert Image.open(io.BytesIO(base64.b64decode(small.data))).width <= pixels.shape[1] // 2
 
+    @pytest.mark.slow
     async def test_a_film_is_corrected_in_a_second_call_and_then_reconstructed(
         self, tmp_path: Path, films: Path
     ) -> None:
@@ -149,6 +152,7 @@ class TestFilms:
         assert right["front_color"] == "#cfc8bc"
         assert compared["verdict"] == "MATCH"
 
+    @pytest.mark.slow
     async def test_a_call_that_is_cancelled_stops_soon_and_leaves_nothing(
         self, tmp_path: Path, films: Path
     ) -> None:
@@ -225,6 +229,7 @@ class TestPhotos:
 
 
 class TestNames:
+    @pytest.mark.slow
     @pytest.mark.usefixtures("letter")
     async def test_runs_keep_the_sequence_that_they_were_opened_on(self, tmp_path: Path, films: Path) -> None:
         async with in_memory(tmp_path / "data", allowed=films) as host:
@@ -283,6 +288,7 @@ class TestNames:
             assert "sequence name" in await host.refusal("add_sequence", paths="1.jpg", name=name)
         assert not (tmp_path / "data" / "added").exists()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["CON", "héron 折り紙", "...", "a.b", "UP", "up"])
     async def test_any_other_name_is_a_name(self, tmp_path: Path, films: Path, name: str) -> None:
         write_image(films / "1.jpg", photo(1))

@@ -44,6 +44,7 @@ def shown_to_the_selector(provider: OpenAI, query: int = -1) -> list[str]:
     return [part["text"] for part in parts[1:] if part["type"] == "text"]
 
 
+@pytest.mark.slow
 def test_undone_attempts_are_used_up_like_restored_ones(tmp_path: Path) -> None:
     rounds = [part for k in range(1, 6) for part in (act(turn(k)), ask(2, "rotate"), MISMATCH, UNDO)]
     with OpenAI(save(1), *rounds, Says("B3")) as provider:
@@ -58,6 +59,7 @@ def _acted(event: dict[str, Any]) -> bool:
     return event["name"] == "rotate"
 
 
+@pytest.mark.slow
 def test_an_undo_within_an_attempt_goes_on_with_it(tmp_path: Path) -> None:
     on_the_way = [part for k in range(2, 9) for part in (act(turn(k)), UNDO)]
     with OpenAI(save(1), act(turn(1)), *on_the_way, save(2)) as provider:
@@ -89,6 +91,7 @@ def test_replies_that_are_cut_off_or_unreadable_cost_no_attempt(tmp_path: Path) 
     assert "has had" not in provider.received[-3]["messages"][1]["content"][0]["text"]
 
 
+@pytest.mark.slow
 def test_a_technical_return_is_recorded_and_replayed_as_one(tmp_path: Path) -> None:
     cut = [part for k in range(1, 7) for part in (act(turn(k)), CUT_OFF)]
     with OpenAI(save(1), *cut, act(turn(45)), save(2)) as provider:

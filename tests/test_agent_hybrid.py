@@ -42,6 +42,7 @@ def solve(sequence: Path, out: Path, provider: Provider, **given: Any) -> Outcom
     return asyncio.run(reconstruct(new_job(sequence, out, settings), Silent()))
 
 
+@pytest.mark.slow
 def test_the_solver_decides_what_is_clear_and_the_model_the_rest(tmp_path: Path) -> None:
     with OpenAI(act(TURN), save(2)) as provider:
         outcome = solve(cat(tmp_path, 3), tmp_path / "run", provider)
@@ -66,6 +67,7 @@ def test_the_solver_decides_what_is_clear_and_the_model_the_rest(tmp_path: Path)
     assert request["new"][2]["text"] == told
 
 
+@pytest.mark.slow
 def test_a_result_that_does_not_match_is_taken_back_and_the_model_told_why(tmp_path: Path) -> None:
     wrong = {"action": "rotate", "angle": 20.0}
     with OpenAI(act(wrong), save(2), restore(1), act(TURN), save(2)) as provider:
@@ -78,6 +80,7 @@ def test_a_result_that_does_not_match_is_taken_back_and_the_model_told_why(tmp_p
     assert outcome.run["decided"] == {"1": "geometric", "2": BEHIND, "3": "geometric"}
 
 
+@pytest.mark.slow
 def test_a_hybrid_run_that_stopped_goes_on_with_both_and_replays(tmp_path: Path) -> None:
     with OpenAI(act(TURN), Fails(401)) as provider:
         stopped = solve(cat(tmp_path, 2), tmp_path / "run", provider)
@@ -94,6 +97,7 @@ def test_a_hybrid_run_that_stopped_goes_on_with_both_and_replays(tmp_path: Path)
     assert asyncio.run(replay_run(tmp_path / "run")).differences == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "model"),
     [(Anthropic, "anthropic/claude-sonnet-4-5"), (Gemini, "gemini/gemini-3-pro-preview")],
@@ -107,6 +111,7 @@ def test_other_providers_take_the_proposals_too(tmp_path: Path, kind: type[Provi
     assert "No clear favourite" in json.dumps(provider.received[0])
 
 
+@pytest.mark.slow
 def test_a_script_may_stand_in_for_the_model(tmp_path: Path) -> None:
     script = tmp_path / "script.json"
     calls = [
@@ -120,6 +125,7 @@ def test_a_script_may_stand_in_for_the_model(tmp_path: Path) -> None:
     assert outcome.run["decided"]["2"] == f"scripted:{script}"
 
 
+@pytest.mark.slow
 def test_a_photo_that_cannot_be_measured_leaves_the_frame_to_the_model(tmp_path: Path) -> None:
     sequence = cat(tmp_path, 2)
     first = json.loads((sequence / "keyframes.json").read_text())["keyframes"][0]

@@ -138,6 +138,7 @@ def test_without_a_key_a_query_is_refused_at_once_and_says_which_to_set(
     assert waits == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "model"), PROVIDERS[:3], ids=IDS[:3])
 @pytest.mark.parametrize(
     "trouble",

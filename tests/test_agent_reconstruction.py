@@ -97,6 +97,7 @@ def test_two_wrong_folds_are_taken_back_before_the_right_one(tmp_path: Path) -> 
     assert "flap 0.1 too long" in str(told)
 
 
+@pytest.mark.slow
 def test_a_mistake_noticed_later_is_traced_back_and_redone(tmp_path: Path) -> None:
     wrong_ear = [
         [

@@ -50,6 +50,7 @@ TURN = {"action": "rotate", "angle": 45.0}
 LOOK = Says(calls=[("get_current_state", {})])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "trouble",
     [Fails(429, headers={"retry-after": "0.3"}), Fails(500), Fails(503), Resets(), Truncates(), Hangs(2.0)],
@@ -104,6 +105,7 @@ def test_a_model_that_litellm_cannot_place_is_refused_and_leaves_no_folder(tmp_p
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bad", "words"),
     [
@@ -229,6 +231,7 @@ def test_a_provider_s_error_that_repeats_the_key_is_told_without_it(
     assert "[redacted]" in stopped.reason
 
 
+@pytest.mark.slow
 def test_nothing_goes_to_the_network_but_the_model_s_calls(tmp_path: Path) -> None:
     with OpenAI(save(1), act(TURN), save(2)) as provider:
         done = subprocess.run(
@@ -369,6 +372,7 @@ def killing(store: Path, enough: Callable[[int], bool], start: threading.Event) 
     thread.join()
 
 
+@pytest.mark.slow
 def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_path: Path) -> None:
     start = threading.Event()
     deadly = Says(calls=[("rotate", {"angle": 45.0})], meanwhile=lambda: (start.set(), time.sleep(0.3)))
@@ -384,6 +388,7 @@ def test_a_server_killed_in_mid_run_is_started_again_and_the_run_goes_on(tmp_pat
     assert asyncio.run(replay_run(tmp_path / "run")).differences == ()
 
 
+@pytest.mark.slow
 def test_a_server_killed_twice_in_a_row_is_a_clean_stop_and_the_run_resumes(tmp_path: Path) -> None:
     start = threading.Event()
     deadly = Says(calls=[("rotate", {"angle": 45.0})], meanwhile=lambda: (start.set(), time.sleep(0.3)))

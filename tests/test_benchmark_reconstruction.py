@@ -279,6 +279,7 @@ def test_photographs_are_taken_once_for_a_program_seed_and_level(tmp_path: Path)
     assert studio.seed_of("small", 1) != studio.seed_of("small", 2) != studio.seed_of("large", 2)
 
 
+@pytest.mark.slow
 def test_the_solver_finds_the_same_again(tmp_path: Path) -> None:
     place = studio.photographed(SMALL, 1, 1, tmp_path)
     once, again = solve(place), solve(place)
@@ -292,6 +293,7 @@ def test_a_folder_without_photos_is_not_completed(tmp_path: Path) -> None:
         assert "keyframes.json" in attempt.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", [0, 1])
 def test_a_run_prints_one_json_document(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, between: int

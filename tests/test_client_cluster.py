@@ -204,6 +204,7 @@ def test_of_processes_started_together_on_one_folder_one_wins(tmp_path: Path) ->
     after.release()
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_loses_nothing_that_was_saved(tmp_path: Path) -> None:
     looks = [[{"tool": "render_current", "arguments": {}}]] * 40
     model = script(tmp_path, [save(1)], [TURN, save(2)], *looks, [TURN, save(3)])

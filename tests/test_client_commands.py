@@ -126,6 +126,7 @@ def test_a_run_that_cannot_begin_leaves_what_was_in_its_folder_alone(tmp_path: P
     assert not (tmp_path / "store").exists()
 
 
+@pytest.mark.slow
 def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path: Path) -> None:
     shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]
     video = write_clip(tmp_path / "clip.mp4", shots).path
@@ -255,6 +256,7 @@ def interruptible() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(
@@ -299,6 +301,7 @@ def test_an_interrupted_run_is_complete_to_the_last_event_and_resumes(
     assert program(run) == [[{"action": "rotate", "angle": 45.0}]]
 
 
+@pytest.mark.slow
 def test_a_recorded_run_replays_without_a_model_and_a_changed_answer_is_found(tmp_path: Path) -> None:
     model = script(
         tmp_path,

@@ -75,6 +75,7 @@ def measured(*words: object) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_geometry_tells_right_states_from_wrong_ones(tmp_path: Path) -> None:
     found = measured(cat(tmp_path / "all", 4), "--out", tmp_path / "out", "--count", 9)
     assert found["critic"] == "geometric"
@@ -86,6 +87,7 @@ def test_geometry_tells_right_states_from_wrong_ones(tmp_path: Path) -> None:
     assert len(events(tmp_path / "out", "verdict")) == 10
 
 
+@pytest.mark.slow
 def test_a_model_is_counted_by_what_it_says(tmp_path: Path) -> None:
     says = verdicts(
         tmp_path, "MATCH", "MISMATCH", "perfect", "no idea", "MATCH", "EXTREME DIVERGENCE", "MISMATCH"

@@ -65,6 +65,7 @@ def scripted(folder: Path, *replies: list[tuple[str, dict[str, Any]]], selector:
     return f"scripted:{folder / 'script.json'}"
 
 
+@pytest.mark.slow
 def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_path: Path) -> None:
     tries = [
         [("rotate", {"angle": angle}), ("restore_checkpoint", {"frame": 1})] for angle in (10, 80, 45, 20, 30)
@@ -88,6 +89,7 @@ def test_geometry_selects_among_attempts_and_finds_the_first_wrong_frame(tmp_pat
     assert program(tmp_path / "run")[0] == [{"action": "rotate", "angle": 45.0}]
 
 
+@pytest.mark.slow
 def test_a_selector_without_a_label_twice_leaves_the_choice_to_geometry_whatever_attempts_grew_from(
     tmp_path: Path,
 ) -> None:
@@ -335,6 +337,7 @@ def test_a_search_that_cannot_be_read_is_refused_with_its_file(tmp_path: Path) -
         read_search(folder)
 
 
+@pytest.mark.slow
 def test_a_resumed_run_does_not_ask_for_the_same_proposals_again(tmp_path: Path) -> None:
     sequence = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 2)
     job = new_job(sequence, tmp_path / "run", Settings(max_queries=5))

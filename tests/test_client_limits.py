@@ -53,6 +53,7 @@ def test_a_limit_of_tokens_ends_the_command_with_code_3(tmp_path: Path) -> None:
     assert stopped.stderr.strip().splitlines()[-1].endswith("resume with a higher --max-tokens-total.")
 
 
+@pytest.mark.slow
 def test_a_limit_of_time_cuts_a_query_short_and_the_run_resumes(tmp_path: Path) -> None:
     with OpenAI(save(1), act(TURN), Hangs(20)) as provider:
         started = time.monotonic()

@@ -130,6 +130,7 @@ def test_a_run_whose_steps_mostly_do_not_fit_is_no_success(tmp_path: Path) -> No
     assert (line["steps"], line["matching"], line["doubtful"], line["tokens"]) == (1, 0, [2], 5250)
 
 
+@pytest.mark.slow
 def test_the_geometric_model_says_how_well_each_step_fits(tmp_path: Path) -> None:
     cat = shortened(ROOT / "examples" / "cat", tmp_path / "cat", 3)
     done = command("run", cat, "--out", tmp_path / "run", "--json")

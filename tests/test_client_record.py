@@ -57,6 +57,7 @@ def test_of_many_that_begin_a_run_in_one_folder_at_once_one_does(tmp_path: Path)
         began[0].release()
 
 
+@pytest.mark.slow
 def test_of_two_commands_on_one_folder_one_wins_and_the_other_is_refused(tmp_path: Path) -> None:
     look = [{"tool": "get_current_state", "arguments": {}}]
     model = script(tmp_path, [saves(1)], *[look] * 30, [TURN, saves(2)])
@@ -81,6 +82,7 @@ def test_of_two_commands_on_one_folder_one_wins_and_the_other_is_refused(tmp_pat
     assert len(events(tmp_path / "run", "reply")) == 32
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut_after", ["call", "result"])
 def test_who_decided_a_frame_is_on_record_although_the_client_was_killed_at_its_save(
     tmp_path: Path, cut_after: str
@@ -104,6 +106,7 @@ def test_who_decided_a_frame_is_on_record_although_the_client_was_killed_at_its_
     assert asyncio.run(replay_run(out)).differences == ()
 
 
+@pytest.mark.slow
 def test_a_client_that_is_killed_at_random_and_at_its_calls_leaves_nothing_out(tmp_path: Path) -> None:
     fold = {"tool": "fold", "arguments": {"edge": [1, 3], "direction": 1}}
     look = {"tool": "get_current_state", "arguments": {}}
@@ -179,6 +182,7 @@ def test_a_server_killed_while_it_starts_is_started_once_more(
     assert [event["call"] for event in events(tmp_path / "run", "server_lost")] == [None] * deaths
 
 
+@pytest.mark.slow
 def test_a_replay_names_the_lines_that_are_missing(tmp_path: Path) -> None:
     model = script(tmp_path, [saves(1)], [TURN, saves(2)])
     out = tmp_path / "run"
@@ -288,6 +292,7 @@ def eventful(out: Path) -> dict[str, Any]:
         return run(3, out, model=MODEL, api_base=provider.url).run
 
 
+@pytest.mark.slow
 def test_real_records_fit_their_published_schemas(tmp_path: Path) -> None:
     schemas = {name: json.loads((FOLDER / name).read_text()) for name in published()}
     about = eventful(tmp_path / "run")

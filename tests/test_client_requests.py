@@ -114,6 +114,7 @@ def told(answer: ToolResult) -> dict[str, Any]:
     return {key: value for key, value in (answer.data or {}).items() if key != "run_id"}
 
 
+@pytest.mark.slow
 def test_a_server_killed_between_commit_and_answer_is_asked_again_and_tells_the_truth(tmp_path: Path) -> None:
     undisturbed = recorded_calls(tmp_path / "undisturbed", ())
     disturbed = recorded_calls(tmp_path / "disturbed", KILLED_AT)
@@ -147,6 +148,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_client_killed_while_it_waits_asks_again_when_resumed(tmp_path: Path) -> None:
     """The fold is in the store and its answer is not on record; after the resume it is, and the record replays."""
     script = tmp_path / "script.json"

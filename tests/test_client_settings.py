@@ -180,6 +180,7 @@ def test_shells_can_complete_commands_and_options() -> None:
     assert done.stdout.split() == ["replay"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["debug", "info"])
 def test_log_messages_go_to_stderr_from_the_level_that_is_asked_for(tmp_path: Path, level: str) -> None:
     model = script(tmp_path, [save(1)], [TURN, save(2)])

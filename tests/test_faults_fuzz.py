@@ -9,6 +9,7 @@ from fuzz_verdicts import http_fault, line_fault
 PLACES = ("/srv/data",)
 
 
+@pytest.mark.slow
 def test_hostile_calls_are_answered_by_typed_errors() -> None:
     reports = fuzz(calls=300, seed=1)
     assert [fault for report in reports.values() for fault in report["faults"]] == []

@@ -9,6 +9,7 @@ from kills import Answered, faults_in, kill_often
 from postgresql import empty_database
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_what_was_answered_is_there_after_kills_at_random_moments(kind: str, tmp_path: Path) -> None:
     with empty_database(kind, tmp_path) as url:

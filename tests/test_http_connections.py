@@ -67,6 +67,7 @@ def closed_after(place: tuple[str, int], *parts: bytes, pause: float = 0.0) -> f
         return time.monotonic() - began
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "parts",
     [
@@ -133,6 +134,7 @@ def test_an_answer_does_not_wait_for_an_acknowledgement() -> None:
     assert statistics.quantiles(seconds, n=4)[0] < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sent", [(), (HALF_A_HEAD,), (HALF_A_POST,), (HALF_A_HEAD, HALF_A_POST, b"")])
 def test_sigterm_ends_the_server_whatever_is_half_sent(tmp_path: Path, sent: tuple[bytes, ...]) -> None:
     with http_process(tmp_path) as process:
@@ -195,6 +197,7 @@ with AppContext(ServerSettings(Path(sys.argv[1]), shared=True)) as app:
 """
 
 
+@pytest.mark.slow
 def test_sigterm_ends_the_server_while_a_tool_computes(tmp_path: Path) -> None:
     command = [sys.executable, "-c", BUSY, str(tmp_path)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:

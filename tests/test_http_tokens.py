@@ -48,6 +48,7 @@ def bearing(token: str) -> httpx2.AsyncClient:
     return httpx2.AsyncClient(headers=headers, timeout=httpx2.Timeout(30, read=300))
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 async def test_a_host_with_a_token_folds(tmp_path: Path, tokens: Path, mode: str) -> None:
@@ -215,6 +216,7 @@ async def test_an_owner_may_have_several_tokens_and_only_whole_ones_count(tmp_pa
         assert await known.verify_token(token) is None
 
 
+@pytest.mark.slow
 def test_a_token_file_that_is_missing_or_no_text_is_refused_in_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "binary").write_bytes(b"alice \xff\xfe\n")
     for name in ("missing", "binary"):

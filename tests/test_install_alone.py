@@ -117,6 +117,7 @@ def test_a_program_is_folded_and_drawn(python: str, tmp_path: Path) -> None:
     assert checked.returncode == 0, checked.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 async def test_a_host_folds_and_sees_the_paper(python: str, tmp_path: Path) -> None:
     words = ["-m", "folding_server", "--data", str(tmp_path), "--sequences", str(ROOT / "examples")]
@@ -136,6 +137,7 @@ async def test_a_host_folds_and_sees_the_paper(python: str, tmp_path: Path) -> N
         assert any(isinstance(block, ImageContent) for block in answer.content)
 
 
+@pytest.mark.slow
 def test_the_geometric_client_reconstructs_a_sequence(python: str, tmp_path: Path) -> None:
     fold = {"action": "fold", "edge": [4, 2], "direction": 1}
     (tmp_path / "program.json").write_text(json.dumps({"name": "triangle", "steps": [[fold]]}))

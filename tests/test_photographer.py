@@ -103,6 +103,7 @@ def test_a_photographed_program_is_a_sequence(tmp_path: Path) -> None:
     assert sequence.photo(6).shape == (240, 240, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", sorted(LEVELS))
 def test_the_same_seed_gives_the_same_files_and_another_seed_others(tmp_path: Path, level: int) -> None:
     short = HALF.model_copy(update={"steps": HALF.steps[:2]})

@@ -222,6 +222,7 @@ def test_a_number_of_images_that_cannot_be_had_gets_one_sentence(tmp_path: Path,
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "seed"), [(2, 1), (2, 2), (3, 4)])
 def test_the_photographed_flap_tells_the_moving_side_to_the_solver(
     tmp_path: Path, level: int, seed: int

@@ -98,6 +98,7 @@ def checkout(template: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(template, tmp_path / "checkout"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", RUN.values(), ids=lambda command: command.text)
 def test_the_command_works(command: Command, checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if command.text == MAKES_RUN:

@@ -171,6 +171,7 @@ THINKING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "model", "budget", "wanted"),
     [(kind, model, *pair) for kind, model, pairs in THINKING for pair in pairs.items()],

@@ -27,6 +27,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [("-n", "0"), ("-n", "1")], ids=["alone", "in parallel"])
 def test_without_the_reference_data_tests_are_skipped_and_one_line_says_how_many_and_why(
     arguments: tuple[str, ...],

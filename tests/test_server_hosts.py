@@ -180,6 +180,7 @@ class TestArguments:
             await host.call("save_checkpoint", frame=2, notes=notes)
             assert (await host.call("get_checkpoint_state", frame=2))["notes"] == notes
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("edge", ["[1, 3]", "1, 3", "1 3", ["1", "3"], [1.0, 3.0]])
     @pytest.mark.parametrize("direction", ["1", "+1", 1.0])
     async def test_numbers_and_lists_as_text_are_read(

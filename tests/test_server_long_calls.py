@@ -56,6 +56,7 @@ class Told:
         self.begun.set()
 
 
+@pytest.mark.slow
 async def test_answers_are_those_of_a_server_that_computes_in_its_own_process(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
@@ -84,6 +85,7 @@ async def test_progress_comes_from_the_worker(tmp_path: Path, worker: WorkerProc
     assert told.steps == [(0, 2, "finding the sheet in the photos"), (1, 2, "comparing with frame 1")]
 
 
+@pytest.mark.slow
 async def test_a_call_that_waits_says_so_and_one_too_many_is_refused(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
@@ -105,6 +107,7 @@ async def test_a_call_that_waits_says_so_and_one_too_many_is_refused(
     assert "waiting" in (second.steps[0][2] or "")
 
 
+@pytest.mark.slow
 async def test_paper_is_folded_while_a_photo_is_being_explained(
     tmp_path: Path, worker: WorkerProcess
 ) -> None:
@@ -130,6 +133,7 @@ async def test_paper_is_folded_while_a_photo_is_being_explained(
     assert folds > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 async def test_a_cancelled_call_stops_its_worker_within_a_second(
     tmp_path: Path, worker: WorkerProcess, mode: str
@@ -181,6 +185,7 @@ def workers_of(server: int) -> list[int]:
     return [int(each) for each in told.split() if lives(int(each))]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes as Linux tells them")
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_counts(
@@ -240,6 +245,7 @@ async def test_a_server_that_is_told_to_end_takes_a_busy_worker_along(tmp_path: 
     assert server.process.returncode is not None
 
 
+@pytest.mark.slow
 async def test_one_owner_waits_while_another_is_answered(tmp_path: Path) -> None:
     options = ["--token-file", str(token_file(tmp_path, f"alice {ALICE}\nbob {BOB}\n"))]
     options += ["--limit", "vision-at-once=1", "--limit", "vision-waiting=0", "--vision-workers", "2"]

@@ -20,6 +20,7 @@ async def refused(host: Host, tool: str, **arguments: Any) -> str:
     return sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tool", "arguments", "named"),
     [

@@ -122,6 +122,7 @@ async def test_calls_at_once_on_one_run_are_all_carried_out(tmp_path: Path) -> N
         assert len((await host.call("get_run", run_id=run_id))["pending"]) == 20
 
 
+@pytest.mark.slow
 async def test_calls_with_unknown_run_ids_leave_nothing_behind(tmp_path: Path) -> None:
     letters = str.maketrans("0123456789", "abcdefghij")
 

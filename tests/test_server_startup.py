@@ -60,6 +60,7 @@ def _modules_after(doing: str, data: Path) -> set[str]:
     return set(finished.stdout.split())
 
 
+@pytest.mark.slow
 def test_listing_tools_loads_no_heavy_library_and_no_database(loaded: dict[str, set[str]]) -> None:
     assert not loaded["list"] & {*HEAVY, "sqlalchemy", "numpy", "shapely", "networkx"}
 
@@ -69,6 +70,7 @@ def test_folding_loads_the_database_and_nothing_heavy(loaded: dict[str, set[str]
     assert "sqlalchemy" in loaded["fold"]
 
 
+@pytest.mark.slow
 def test_seeing_loads_opencv_in_a_worker_process_alone(loaded: dict[str, set[str]]) -> None:
     assert not loaded["see"] & {"cv2", "scipy"}
     assert "numpy" in loaded["see"]

@@ -317,6 +317,7 @@ class TestVerification:
         assert len(folded["outlines"][0]["corners"]) == 3
         assert 0.8 < flat["confidence"] <= 1
 
+    @pytest.mark.slow
     async def test_an_attempt_is_compared_as_it_was_with_all_that_led_to_it(
         self, tmp_path: Path, boats: Path
     ) -> None:

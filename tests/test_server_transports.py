@@ -27,6 +27,7 @@ async def test_a_desktop_host_folds_over_stdio_without_naming_its_run(tmp_path: 
     assert folded["attempt"] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 async def test_hosts_of_either_era_see_the_server_and_its_tools(tmp_path: Path, mode: str) -> None:
     async with Client(stdio(tmp_path), mode=mode) as client:
@@ -70,6 +71,7 @@ async def test_a_page_under_a_foreign_name_cannot_reach_the_http_server(tmp_path
     assert healthy.json() == {"status": "ok"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds the server's process in /proc")
 async def test_a_killed_server_has_lost_nothing_that_it_answered(tmp_path: Path) -> None:
     earlier = servers()
@@ -107,6 +109,7 @@ def servers() -> set[int]:
     return found
 
 
+@pytest.mark.slow
 def test_piped_input_is_answered_to_the_last_request_in_either_era(tmp_path: Path) -> None:
     opening = {
         "protocolVersion": "2025-11-25",

@@ -39,6 +39,7 @@ def explained(
     return truth, explain(paper, IDENTITY, views(truth, spoiling))[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "step", "action_class"),
     [
@@ -68,6 +69,7 @@ def test_each_class_of_transition_is_recovered_exactly(
     assert plan.agreement > 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", ["top", "both"])
 def test_the_layers_that_moved_are_told_apart(layers: str) -> None:
     edges = ((4, 3), (2, 3)) if layers == "top" else ((4, 1), (2, 1))
@@ -77,6 +79,7 @@ def test_the_layers_that_moved_are_told_apart(layers: str) -> None:
     assert exactness(truth, plan.paper).holds(0.01)
 
 
+@pytest.mark.slow
 def test_two_actions_in_one_keyframe_are_found() -> None:
     first = (
         AddVertex(edge=(1, 2), position=0.3),
@@ -93,6 +96,7 @@ def test_two_actions_in_one_keyframe_are_found() -> None:
     assert exactness(truth, plan.paper).holds(0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spoiling", [CLEAN, Spoiling(degrees=2.5), DRIFTED], ids=["still", "turned", "drifted"]
 )
@@ -305,6 +309,7 @@ def test_the_sheet_is_located_where_it_drifted_to() -> None:
         assert motion(place) == pytest.approx(expected, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_first_steps_of_the_cat_are_recovered_from_label_images_alone() -> None:
     program = figure(CAT)
     truth, found, last = new_paper(), new_paper(), IDENTITY

@@ -36,6 +36,7 @@ def test_a_line_as_faint_as_the_noise_shows_as_a_whole(seed: int, angle: float) 
     assert not shown[~line].any()
 
 
+@pytest.mark.slow
 @given(st.lists(seeds, min_size=20, max_size=20, unique=True), degrees)
 def test_where_there_is_no_line_hardly_any_shows(several: list[int], angle: float) -> None:
     line = drawn(angle, 90)

@@ -29,6 +29,7 @@ def states(steps: Sequence[Sequence[Action]]) -> list[Paper]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "direction"), [("x", 1), ("y", -1)])
 def test_the_fold_after_a_flip_tells_about_which_axis_it_was(axis: FlipAxis, direction: Direction) -> None:
     corner = (
@@ -50,6 +51,7 @@ def test_without_a_photo_after_it_the_flip_is_one_of_two() -> None:
     assert abs(first.score - second.score) < 0.001
 
 
+@pytest.mark.slow
 def test_a_crease_that_is_folded_along_next_tells_how_the_sheet_was_turned_over() -> None:
     diagonal = (Fold(edge=(2, 4), direction=1),)
     papers = states([diagonal, (Unfold(),), (Flip(axis="y=x"),), diagonal])

@@ -31,6 +31,7 @@ def proposed(folder: Path) -> list[Plan]:
     return found
 
 
+@pytest.mark.slow
 def test_a_fold_meant_to_be_along_the_diagonal_is(plans: list[Plan]) -> None:
     assert plans[0].actions == (Fold(edge=(2, 4), direction=1),)
 
@@ -42,6 +43,7 @@ def test_an_edge_is_folded_onto_an_edge(plans: list[Plan]) -> None:
     assert isinstance(fold, Fold)
 
 
+@pytest.mark.slow
 def test_the_hull_is_one_fold(plans: list[Plan]) -> None:
     assert [action.action for action in plans[2].actions].count("fold") == 1
     assert plans[2].agreement > 0.97

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import pytest
 from exactness import exactness
 from folding_schemas.actions import Action, AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY, Isometry, turn
@@ -70,6 +71,7 @@ def test_the_corner_of_a_page_is_folded_within_one_colour() -> None:
     assert same.all()
 
 
+@pytest.mark.slow
 def test_a_fold_within_one_colour_is_found_by_the_light() -> None:
     book, folded = corner_folded()
     plan = best(book, folded)
@@ -78,6 +80,7 @@ def test_a_fold_within_one_colour_is_found_by_the_light() -> None:
     assert exactness(folded, plan.paper).holds()
 
 
+@pytest.mark.slow
 def test_without_a_closer_look_nothing_is_found() -> None:
     book, folded = corner_folded()
     blind = replace(one_coloured(folded, book), closely=None)

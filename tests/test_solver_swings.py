@@ -18,6 +18,7 @@ def right_part_lifted() -> Paper:
     return fold(halves(), (5, 6), 1)
 
 
+@pytest.mark.slow
 def test_the_side_that_was_lifted_agrees_with_its_fold(right_part_lifted: Paper) -> None:
     seen = watched_places(film_movement(), IDENTITY)
     truth = contradiction(halves(), right_part_lifted, seen)
@@ -38,6 +39,7 @@ def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
     assert best_first(judged)[0].explanation == "right"
 
 
+@pytest.mark.slow
 def test_proposals_take_the_images_in_between_into_account(right_part_lifted: Paper) -> None:
     best, *others = propose(halves(), eyes_on_film(), 2, 3)
     assert best.action_class == "fold"

@@ -54,6 +54,7 @@ def behind_a_proxy(proxy: Alternating) -> Iterator[str]:
             yield url
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 @pytest.mark.parametrize("kind", ["postgresql", "sqlite"])
 async def test_calls_of_one_run_alternate_between_two_servers(kind: str, tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ def shots_of(clip: Clip, keyframes: list[int]) -> list[int]:
     return [next(number for number, shot in enumerate(clip.shots) if index in shot) for index in keyframes]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "camera",
     [
@@ -67,6 +68,7 @@ def test_a_state_is_shown_without_the_hand_where_the_film_ever_does(tmp_path: Pa
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3]
 
 
+@pytest.mark.slow
 def test_a_hand_that_rests_before_it_leaves_makes_no_keyframe_of_its_own(tmp_path: Path) -> None:
     shots = [
         Rest(SQUARE, 2.0), Work(SQUARE, TRIANGLE), Hold(TRIANGLE, seconds=1.5), Rest(TRIANGLE, 2.0),
@@ -138,6 +140,7 @@ def test_progress_is_told_and_ends_at_the_end(tmp_path: Path) -> None:
     assert 0.9 < told[-1] <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", [pytest.param(EXAMPLES / "cup", id="cup"), *TULIP])
 def test_photos_of_paper_are_told_apart_frame_by_frame(tmp_path: Path, folder: Path) -> None:
     sequence = load_sequence(folder)

@@ -45,6 +45,7 @@ def test_the_page_asks_for_nothing_but_itself(halved: ShownRun) -> None:
     assert halved.requested == [HOST, VIEW]
 
 
+@pytest.mark.slow
 def test_arrow_keys_go_through_the_program(halved: ShownRun) -> None:
     halved.view.locator(FOLDED).focus()
     seen = []
@@ -155,6 +156,7 @@ def test_the_slider_uncovers_the_photo(browser: Browser, tmp_path: Path) -> None
         assert run.view.locator("#uncovered-part rect").get_attribute("width") == "400"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theme", "dark"), [("light", False), ("dark", True)])
 def test_the_hosts_theme_counts_more_than_the_systems(
     browser: Browser, tmp_path: Path, theme: str, dark: bool

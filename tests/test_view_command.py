@@ -76,6 +76,7 @@ def look(page: Page, file: Path) -> None:
     page.locator("#model").wait_for()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("viewport", [PHONE, DESK], ids=["phone", "desk"])
 def test_the_file_needs_no_sideways_scrolling(
     browser: Browser, cat_file: Path, viewport: dict[str, int]
@@ -163,6 +164,7 @@ def test_a_file_only_shows_and_says_how_to_fold(browser: Browser, cat_file: Path
         expect(page.locator("#cannot")).to_contain_text("foldingagent-server view")
 
 
+@pytest.mark.slow
 def test_what_a_program_is_called_is_text_and_nothing_else(browser: Browser, tmp_path: Path) -> None:
     program, name = tmp_path / "odd.json", "</script><img src=x onerror=alert(1)> $view &amp;"
     program.write_text(json.dumps({"name": name, "steps": []}))
@@ -173,6 +175,7 @@ def test_what_a_program_is_called_is_text_and_nothing_else(browser: Browser, tmp
         assert page.locator("img").count() == 0
 
 
+@pytest.mark.slow
 def test_the_served_page_folds_and_takes_back(browser: Browser, address: str) -> None:
     with opened(browser) as page:
         page.goto(address)
@@ -208,6 +211,7 @@ def test_a_stored_run_is_shown_by_its_id(tmp_path: Path) -> None:
     assert "fold 1-3, + side" in file.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_run_is_found_in_the_database_that_the_environment_names(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -227,6 +231,7 @@ def test_a_run_is_found_in_the_database_that_the_environment_names(
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_looking_for_a_run_makes_no_data_folder(tmp_path: Path) -> None:
     for data in (tmp_path / "none", tmp_path / "empty"):
         (tmp_path / "empty").mkdir(exist_ok=True)
@@ -246,6 +251,7 @@ def test_a_run_folder_is_shown_with_its_photos(tmp_path: Path) -> None:
     assert file.read_text(encoding="utf-8").count("data:image/jpeg;base64,") == 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sequence", [{"folder": "gone"}, {}, None])
 def test_a_run_whose_photos_are_gone_is_shown_without(
     tmp_path: Path, sequence: dict[str, str] | None
@@ -257,6 +263,7 @@ def test_a_run_whose_photos_are_gone_is_shown_without(
     assert written.stderr.startswith("Shown without photos: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "named"),
     [

@@ -53,6 +53,7 @@ def on_table(paper: Paper, look: Look, table: RgbImage, seed: int) -> RgbImage:
     return np.clip(cv2.GaussianBlur(photo, (0, 0), 0.6), 0, 255).astype(np.uint8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("skin", [(112, 74, 50), (138, 98, 62), (160, 108, 66)])
 def test_a_brown_hand_on_a_wooden_table_is_unknown(skin: tuple[int, int, int]) -> None:
     look, table = Look(lamp=0.0), wood(np.random.default_rng(3))

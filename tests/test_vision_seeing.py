@@ -43,6 +43,7 @@ def two_photos(look: Look, **declared: str) -> PhotoList:
     return PhotoList([paint(new_paper(), look), paint(half_turned_back(), look, seed=1)], **declared)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "look",
     [
@@ -146,11 +147,13 @@ def test_a_crease_shows_among_the_inner_lines() -> None:
     assert np.median(seen.edges[on[:, 1], on[:, 0]]) > 3 * np.median(seen.edges[off[:, 1], off[:, 0]]) + 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "frames"), [("cat", (1, 3, 5, 9)), ("heart", (2, 7, 16))])
 def test_photos_of_the_examples_are_labelled_right(name: str, frames: tuple[int, ...]) -> None:
     assert_labelled_right(EXAMPLES / name, frames)
 
 
+@pytest.mark.slow
 @pytest.mark.reference("photos/rendered")
 @pytest.mark.parametrize(
     ("name", "frames"),
@@ -181,6 +184,7 @@ def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> LabelImage:
     return label_polygons(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "outlines",
     [(SQUARE,), (TRIANGLE,), (FLAT_TRIANGLE,), BAND],
@@ -194,6 +198,7 @@ def test_paper_on_a_blackboard_matches_what_was_drawn(outlines: tuple[Outline, .
     assert (true & paper).sum() / (true | paper).sum() >= 0.97
 
 
+@pytest.mark.slow
 @pytest.mark.reference("photos/blackboard")
 @pytest.mark.parametrize("name", sorted(MASKS))
 def test_phone_photos_on_a_blackboard_match_outlines_drawn_by_eye(name: str) -> None:
