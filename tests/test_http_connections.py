@@ -123,6 +123,34 @@ def test_a_connection_outlasts_the_pause_after_which_clients_give_it_up() -> Non
     assert IDLE_SECONDS > 2 * 5
 
 
+def said_to(place: tuple[str, int], *parts: bytes) -> bytes:
+    """All that a server answers to what is sent in parts, until it closes the connection."""
+    with socket.create_connection(place, timeout=20) as connection:
+        for part in parts:
+            connection.sendall(part)
+        answer = b""
+        with suppress(ConnectionError):
+            while read := connection.recv(65_536):
+                answer += read
+    return answer
+
+
+def test_a_head_without_end_is_refused() -> None:
+    with echoing(20) as place:
+        answer = said_to(place, b"GET / HTTP/1.1\r\n", *[b"X-More: " + b"x" * 1000 + b"\r\n"] * 70)
+    assert answer.startswith(b"HTTP/1.1 431 ")
+
+
+def test_long_bodies_and_many_requests_are_no_long_head() -> None:
+    body = b"x" * 300_000
+    post = b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: %d\r\n\r\n" % len(body)
+    ask = b"GET / HTTP/1.1\r\nHost: a\r\nX-More: " + b"x" * 1000 + b"\r\n\r\n"
+    end = b"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+    with echoing(20) as place:
+        assert said_to(place, post + body, end).count(b"HTTP/1.1 200") == 2
+        assert said_to(place, *[ask] * 100, end).count(b"HTTP/1.1 200") == 101
+
+
 def test_an_answer_does_not_wait_for_an_acknowledgement() -> None:
     """Without TCP_NODELAY each answer after the first takes 40 ms and more, whatever the machine."""
     with echoing(idle_seconds=20) as place, httpx2.Client(base_url=f"http://{place[0]}:{place[1]}") as web:
