@@ -248,6 +248,7 @@ class TestNames:
             ("letter 2", "replaced")
         ] * 2
 
+    @pytest.mark.slow
     @pytest.mark.usefixtures("letter")
     async def test_a_name_that_is_taken_is_refused_where_it_was_chosen_and_numbered_where_not(
         self, tmp_path: Path, films: Path

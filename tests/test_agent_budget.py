@@ -67,6 +67,7 @@ def test_an_undo_within_an_attempt_goes_on_with_it(tmp_path: Path) -> None:
     assert program(tmp_path / "run") == [[turn(1)]]
 
 
+@pytest.mark.slow
 def test_the_selector_sees_every_state_a_verdict_was_asked_about_and_can_choose_it(tmp_path: Path) -> None:
     flip = {"action": "flip", "axis": "x"}
     first = [act(turn(1)), ask(2, "rotate"), MISMATCH, act(flip), ask(2, "flip"), MISMATCH, restore(1)]
@@ -181,6 +182,7 @@ def test_the_number_of_attempts_is_an_option_that_the_run_keeps(tmp_path: Path, 
     assert program(tmp_path / "run") == [[turn(1)], [turn(1)]]
 
 
+@pytest.mark.slow
 def test_the_number_of_attempts_reaches_a_server_of_the_client_s_own_too(tmp_path: Path) -> None:
     with OpenAI(save(1), act(turn(1)), restore(1), Says("B1")) as provider:
         job = new_job(

@@ -139,6 +139,7 @@ def test_a_video_is_made_a_sequence_in_the_run_folder_and_reconstructed(tmp_path
     assert (tmp_path / "run" / "sequence" / "contact_sheet.png").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
 def test_a_video_whose_search_is_interrupted_leaves_no_run(tmp_path: Path) -> None:
     video = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)]).path
@@ -183,6 +184,7 @@ def test_a_sequence_the_server_cannot_use_is_refused_in_its_words(tmp_path: Path
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_a_sequence_goes_by_the_name_in_its_manifest(tmp_path: Path) -> None:
     shutil.copytree(sequence(2), tmp_path / "renamed")
     model = script(tmp_path, [save(1)], [TURN, save(2)])

@@ -112,6 +112,7 @@ def test_a_model_is_counted_by_what_it_says(tmp_path: Path) -> None:
     assert found["cost"] is None
 
 
+@pytest.mark.slow
 def test_what_cuts_a_measurement_short_is_said_and_what_was_measured_is_kept(tmp_path: Path) -> None:
     says = verdicts(tmp_path, "MATCH")
     done = command("critic-accuracy", cat(tmp_path / "all", 4), "--critic", says, "--out", tmp_path / "out")

@@ -151,6 +151,7 @@ class StillbornAddress(ServerAddress):
         return StdioServerParameters(command=usual.command, args=words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("deaths", "starts"), [(1, True), (2, False)])
 def test_a_server_killed_while_it_starts_is_started_once_more(
     tmp_path: Path, deaths: int, *, starts: bool
@@ -218,6 +219,7 @@ main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="limits of processes are POSIX's")
 def test_a_file_that_cannot_grow_is_one_sentence_and_the_run_resumes(tmp_path: Path) -> None:
     look = [{"tool": "get_current_state", "arguments": {}}]

@@ -11,6 +11,7 @@ from folding_client.settings import Settings
 from test_client_commands import TURN, save, script
 
 
+@pytest.mark.slow
 def test_a_call_of_the_clients_own_that_is_refused_is_a_clean_stop(tmp_path: Path) -> None:
     shutil.copytree(sequence(2), tmp_path / "plain")
     (tmp_path / "plain" / "frames" / "000001.jpg").write_bytes(b"a letter, not a picture")

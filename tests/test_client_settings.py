@@ -108,6 +108,7 @@ def test_a_resumed_run_keeps_its_settings_whatever_the_variables_say(
     assert "max_queries" not in json.loads((out / "run.json").read_text())["settings"]["given"]
 
 
+@pytest.mark.slow
 def test_a_dry_run_shows_the_first_request_with_tokens_and_price_and_sends_nothing(tmp_path: Path) -> None:
     with OpenAI() as provider:
         words = ("run", sequence(2), "--model", "litellm/openai/gpt-4o", "--api-base", provider.url)

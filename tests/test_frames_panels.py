@@ -46,6 +46,7 @@ def test_images_of_other_shapes_keep_their_shape() -> None:
     assert np.ptp(rows) + 1 == pytest.approx(3 * (np.ptp(places) + 1), rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 13, 21, 40])
 def test_an_overview_wraps_and_stays_small_enough_to_send(count: int) -> None:
     photos = [noise(300, 240, seed) for seed in range(count)]

@@ -185,6 +185,7 @@ def ended(process: HttpProcess) -> tuple[float, str]:
     return time.monotonic() - began, said
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 async def test_sigterm_ends_the_server_while_hosts_are_connected(tmp_path: Path) -> None:
     with http_process(tmp_path) as process:

@@ -75,6 +75,7 @@ async def test_a_preflight_needs_no_token(tmp_path: Path) -> None:
     assert "WWW-Authenticate" in refused.headers["Access-Control-Expose-Headers"]
 
 
+@pytest.mark.slow
 async def test_a_refused_host_is_logged_once_with_the_option_that_accepts_it(tmp_path: Path) -> None:
     with http_process(tmp_path) as process:
         async with httpx2.AsyncClient() as web:

@@ -106,6 +106,7 @@ def test_the_wheel_and_what_it_requires_are_light(distributions: dict[str, Distr
     assert 100 < megabytes < MOST_MEGABYTES
 
 
+@pytest.mark.slow
 def test_a_program_is_folded_and_drawn(python: str, tmp_path: Path) -> None:
     program = ROOT / "examples/programs/cat.json"
     done = run(
@@ -165,6 +166,7 @@ def test_a_language_model_is_refused_before_anything_is_made(python: str, tmp_pa
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_a_video_is_refused_with_what_to_install(python: str, tmp_path: Path) -> None:
     (tmp_path / "film.mp4").write_bytes(b"film")
     for words in (

@@ -90,6 +90,7 @@ def test_images_in_between_lie_between_the_keyframes_of_the_sequence(turns: Path
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", sorted(LEVELS))
 def test_the_keyframes_are_the_same_with_and_without_images_in_between(tmp_path: Path, level: int) -> None:
     short = TURNS.model_copy(update={"steps": TURNS.steps[:2]})
@@ -173,6 +174,7 @@ def test_a_swing_starts_and_ends_with_the_paper_that_lies_there(step: int) -> No
                 assert swings.back_up(face) == flat.back_up(face)
 
 
+@pytest.mark.slow
 def test_hands_move_the_paper_where_the_level_has_hands(tmp_path: Path) -> None:
     short = TURNS.model_copy(update={"steps": TURNS.steps[:2]})
     for level, program in ((2, short), (3, TURNS)):

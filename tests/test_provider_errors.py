@@ -94,6 +94,7 @@ def test_a_date_that_is_past_asks_for_no_wait() -> None:
     assert seconds_asked({"retry-after": "Wed, 21 Oct 2015 07:28:00 GMT"}, "") == 0
 
 
+@pytest.mark.slow
 @EVERYWHERE
 def test_the_wait_that_a_provider_asks_for_is_kept(kind: type[Provider], model: str) -> None:
     with kind(Fails(429, headers={"retry-after-ms": "300"}), Says("fine")) as provider:
@@ -194,6 +195,7 @@ def test_what_may_pass_is_tried_again(status: int) -> None:
         assert Asked(provider, "openai/gpt-4o").reply.text == "fine"
 
 
+@pytest.mark.slow
 def test_what_was_sent_is_in_the_record(tmp_path: Path) -> None:
     refusal = Fails(400, "max_tokens is too large. This model supports at most 4096 completion tokens.")
     with OpenAI(save(1), refusal, act(TURN), save(2)) as provider:

@@ -224,6 +224,7 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
     assert "seconds for alice today" in refused
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes as Linux tells them")
 async def test_a_server_that_is_told_to_end_takes_a_busy_worker_along(tmp_path: Path) -> None:
     told = Told()

@@ -65,6 +65,7 @@ def test_listing_tools_loads_no_heavy_library_and_no_database(loaded: dict[str, 
     assert not loaded["list"] & {*HEAVY, "sqlalchemy", "numpy", "shapely", "networkx"}
 
 
+@pytest.mark.slow
 def test_folding_loads_the_database_and_nothing_heavy(loaded: dict[str, set[str]]) -> None:
     assert not loaded["fold"] & set(HEAVY)
     assert "sqlalchemy" in loaded["fold"]

@@ -334,6 +334,7 @@ class TestVerification:
         assert attempt == now
         assert left != now
 
+    @pytest.mark.slow
     async def test_a_proposal_can_be_applied_and_then_matches(self, tmp_path: Path, boats: Path) -> None:
         async with in_memory(tmp_path, boats) as host:
             await host.call("open_run", sequence="sailboat")
@@ -376,6 +377,7 @@ class TestExports:
         assert images_of(result)[0].mime_type == "image/png"
 
 
+@pytest.mark.slow
 async def test_no_answer_carries_more_than_800_kb_of_images(tmp_path: Path) -> None:
     folder = tmp_path / "photos" / "noise"
     write_manifest(folder, name="noise", keyframes=[1, 2])

@@ -38,6 +38,7 @@ async def test_hosts_of_either_era_see_the_server_and_its_tools(tmp_path: Path, 
     assert len(tools) == 26
 
 
+@pytest.mark.slow
 async def test_two_hosts_on_one_http_server_have_a_run_each(tmp_path: Path) -> None:
     with http_server(tmp_path, "--sequences", str(photos())) as url:
         async with Client(url) as first, Client(url, mode="legacy") as second:

@@ -290,12 +290,14 @@ def test_what_a_hand_hides_does_not_count() -> None:
     assert exactness(truth, plan.paper).holds(0.01)
 
 
+@pytest.mark.slow
 def test_nothing_happened_is_an_answer() -> None:
     lopsided = (*DIAGONAL, AddVertex(edge=(4, 1), position=0.4), AddVertex(edge=(4, 2), position=0.2))
     _, plan = explained((*lopsided, Fold(edge=(5, 6), direction=1)), ())
     assert plan.actions == ()
 
 
+@pytest.mark.slow
 def test_a_line_the_photo_cannot_tell_from_a_landmark_is_the_landmark() -> None:
     _, plan = explained(DIAGONAL, (AddVertex(edge=(4, 2), position=0.4999), Fold(edge=(5, 1), direction=-1)))
     assert {action.position for action in plan.actions if isinstance(action, AddVertex)} == {0.5}

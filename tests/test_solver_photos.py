@@ -36,6 +36,7 @@ def test_a_fold_meant_to_be_along_the_diagonal_is(plans: list[Plan]) -> None:
     assert plans[0].actions == (Fold(edge=(2, 4), direction=1),)
 
 
+@pytest.mark.slow
 def test_an_edge_is_folded_onto_an_edge(plans: list[Plan]) -> None:
     added, fold = plans[1].actions
     assert isinstance(added, AddVertex)

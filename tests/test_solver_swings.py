@@ -29,6 +29,7 @@ def test_the_side_that_was_lifted_agrees_with_its_fold(right_part_lifted: Paper)
     assert min(other_side, turned_over, nothing) > truth + 0.4
 
 
+@pytest.mark.slow
 def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
     right_part_lifted: Paper,
 ) -> None:

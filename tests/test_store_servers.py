@@ -83,6 +83,7 @@ async def test_calls_of_one_run_alternate_between_two_servers(kind: str, tmp_pat
     assert found["saved"] == [1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.anyio
 async def test_a_server_goes_on_when_its_database_has_ended_all_connections(tmp_path: Path) -> None:
     """As after the database was started again: what was answered is there, and no call fails for it."""

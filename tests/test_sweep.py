@@ -22,6 +22,7 @@ def sweep(*options: str) -> dict[str, object]:
     return found
 
 
+@pytest.mark.slow
 def test_a_few_random_programs_stay_valid_and_repeat_exactly():
     first, second = (sweep("--programs", "15", "--folds", "5", "--seed", "0") for _ in range(2))
     assert first["failures"] == {}

@@ -53,6 +53,7 @@ def test_each_resting_state_is_a_keyframe(tmp_path: Path, camera: Camera) -> Non
     assert shots_of(clip, propose_keyframes(clip.path)) == list(range(0, len(shots), 2))
 
 
+@pytest.mark.slow
 def test_hands_that_change_nothing_make_no_keyframe(tmp_path: Path) -> None:
     shots = [
         Rest(SQUARE), Work(SQUARE, SQUARE), Rest(SQUARE),
@@ -78,6 +79,7 @@ def test_a_hand_that_rests_before_it_leaves_makes_no_keyframe_of_its_own(tmp_pat
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 3, 6]
 
 
+@pytest.mark.slow
 def test_of_states_seen_under_hands_the_least_covered_rest_is_taken(tmp_path: Path) -> None:
     shots = [
         Rest(SQUARE, 2.0), Work(SQUARE, HOUSE), Hold(HOUSE, at=(0.6, 0.6), seconds=1.5),
@@ -95,12 +97,14 @@ def test_where_hands_never_leave_no_state_is_lost(tmp_path: Path) -> None:
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_nudged_makes_no_keyframe(tmp_path: Path) -> None:
     shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE, 3.0), Work(TRIANGLE, HOUSE), Rest(HOUSE)]
     clip = write_clip(tmp_path / "clip.mp4", shots, Camera(nudged=4.1))
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4]
 
 
+@pytest.mark.slow
 def test_a_state_seen_only_under_a_resting_hand_counts(tmp_path: Path) -> None:
     shots = [
         Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE),
@@ -116,6 +120,7 @@ def test_a_state_that_returns_is_a_keyframe_again(tmp_path: Path) -> None:
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 2, 4]
 
 
+@pytest.mark.slow
 def test_rests_shorter_than_asked_for_are_passed_over(tmp_path: Path) -> None:
     shots = [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE, 0.5), Work(TRIANGLE, HOUSE), Rest(HOUSE)]
     clip = write_clip(tmp_path / "clip.mp4", shots)
@@ -165,6 +170,7 @@ def test_a_change_of_light_or_grain_is_no_difference() -> None:
     assert solid_area(changed_pixels(first, second), 10) == 20 * 20
 
 
+@pytest.mark.slow
 def test_the_written_folder_is_a_sequence_with_images_in_between(tmp_path: Path) -> None:
     clip = write_clip(tmp_path / "boat.mp4", FOLDS[:5])
     told = DeclaredSheet(front_color="white", back_color="blue")

@@ -31,6 +31,7 @@ def halved(browser: Browser, tmp_path: Path) -> Iterator[ShownRun]:
         yield run
 
 
+@pytest.mark.slow
 def test_the_folded_state_and_the_crease_pattern_are_shown_with_text_for_both(halved: ShownRun) -> None:
     expect(halved.view.locator(STOP)).to_have_text(re.compile(r"Step 1 of 1: fold 2-4, \+ side"))
     assert halved.view.locator(f"{FOLDED} .face").count() == 4

@@ -89,6 +89,7 @@ def test_the_file_needs_no_sideways_scrolling(
     assert (left["y"] == right["y"]) is (viewport is DESK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_text_and_creases_stand_out_in_both_themes(browser: Browser, cat_file: Path, scheme: str) -> None:
     pairs = (

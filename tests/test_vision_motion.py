@@ -10,6 +10,7 @@ from folding_server.vision.seeing import see_sequence
 from vision_scenes import PhotoList, paint
 
 
+@pytest.mark.slow
 def test_the_moving_side_changes_and_the_other_stays() -> None:
     found = film_movement()
     places = (

@@ -20,6 +20,7 @@ def peeping(width: float) -> Paper:
     return fold(paper, (5, 6), 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.012, 0.02, 0.04])
 def test_a_strip_of_the_other_side_two_pixels_wide_is_seen(width: float) -> None:
     shown = peeping(width)

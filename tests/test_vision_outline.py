@@ -27,6 +27,7 @@ def distances(outline: Outline, corners: list[tuple[float, float]]) -> list[floa
     return [float(np.linalg.norm(found - corner, axis=1).min()) for corner in corners]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [IDENTITY, turn(7.0, (0.5, 0.5)), turn(-33.0, (0.4, 0.5))])
 def test_corners_are_where_the_sides_meet(motion: Isometry) -> None:
     triangle = fold(new_paper(), (1, 3), 1)
@@ -37,6 +38,7 @@ def test_corners_are_where_the_sides_meet(motion: Isometry) -> None:
     assert max(distances(outline, [motion(p) for p in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))])) < 0.5 * PIXEL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-41.0, 5.5, 36.0])
 def test_noise_makes_no_corner_on_a_straight_side(degrees: float) -> None:
     dark = Look(back=(58, 64, 71), table=(130, 135, 138))

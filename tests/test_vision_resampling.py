@@ -16,6 +16,7 @@ def places(grid: Grid) -> Floats:
     return grid.to_plane(np.stack([cols, rows], axis=-1))
 
 
+@pytest.mark.slow
 @given(scales, scales)
 def test_no_pixel_moves_whatever_the_sizes_round_to(first: float, second: float) -> None:
     old, new = grid_over(first), grid_over(second)

@@ -213,6 +213,7 @@ def test_phone_photos_on_a_blackboard_match_outlines_drawn_by_eye(name: str) -> 
     assert (true & paper).sum() / (true | paper).sum() >= 0.97
 
 
+@pytest.mark.slow
 def test_a_sailboat_is_seen_in_two_colours_by_a_moving_camera() -> None:
     look = Look(front=(207, 200, 188), back=(47, 155, 193), table=(60, 60, 66), lamp=0.0)
     zooms = (1.0, 0.95, 1.05, 0.97)
