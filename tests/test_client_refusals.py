@@ -4,6 +4,7 @@ import asyncio
 import shutil
 from pathlib import Path
 
+import pytest
 from client_runs import events, program, run, sequence
 from folding_client.progress import Silent
 from folding_client.reconstruct import new_job, reconstruct

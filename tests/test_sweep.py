@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import pytest
 from paths import ROOT
 
 SWEEP = ROOT / "benchmarks" / "sweep.py"

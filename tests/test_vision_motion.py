@@ -1,5 +1,6 @@
 """The images between two photos tell which side of the paper moved, and hands in them are no motion."""
 
+import pytest
 from films import LOOK, eyes_on_film, film_movement, halves
 from folding_server.simulator import fold
 from folding_server.simulator.paper import new_paper

@@ -1,6 +1,7 @@
 """Pictures carried from one grid to another stay where they are on the table."""
 
 import numpy as np
+import pytest
 from folding_server.arrays import Floats
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.resampling import resampled
