@@ -9,15 +9,13 @@ from typing import NoReturn
 
 from folding_client.assembly import RoleModels, make_worker
 from folding_client.interrupts import RunStopped
-from folding_client.messages import Message, ToolSpec
+from folding_client.messages import Message, ToolSpec, Usage
 from folding_client.models.chat_format import Dialect, chat_messages, chat_tools
 from folding_client.models.prices import LITELLM, listed_price, read_prices
 from folding_client.progress import Silent
 from folding_client.reconstruct import about_run, new_job, opened_run, run_server
 from folding_client.record.recorder import Recorder
 from folding_client.settings import ROLES, Settings
-
-_MILLION = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ def _described(model: str, built: _Built, settings: Settings) -> DryRun:
         [RequestMessage(each.role, each.text, len(each.pictures)) for each in built.messages],
         [tool.name for tool in built.tools],
         tokens,
-        None if tokens is None or price is None else tokens * price.input / _MILLION,
+        None if tokens is None or price is None else price.cost(Usage(tokens)),
     )
 
 

@@ -11,6 +11,7 @@ from folding_client.interrupts import ContextExceeded, Interrupt, ProviderRefuse
 from folding_client.messages import JsonObject, Message, Reply, ToolSpec
 from folding_client.models.chat_format import chat_messages, chat_tools, dialect_of
 from folding_client.models.model_entry import ModelEntry, facts_of
+from folding_client.models.prices import LITELLM
 from folding_client.models.provider_errors import RequestUnfit, content_filtered, meaning, no_pictures
 from folding_client.models.reply_reading import read_reply
 from folding_client.models.request_form import RequestForm
@@ -49,7 +50,7 @@ class LitellmModel:
 
     def __init__(self, name: str, settings: Settings, note: Callable[[str, float], None]) -> None:
         self.name = name
-        self._id = name.removeprefix("litellm/")
+        self._id = name.removeprefix(LITELLM)
         self._settings = settings
         self._note = note
         self._entry = _entry(self._id)
@@ -158,7 +159,8 @@ def _stop(unfit: RequestUnfit, messages: Sequence[Message]) -> Interrupt:
     return unfit.stop
 
 
-def _entry(model: str) -> ModelEntry:
+def provider_and_name(model: str) -> tuple[str, str]:
+    """The provider of a litellm id, and the model's name there. UsageError if litellm knows no such provider."""
     module = litellm()
     try:
         name, provider = module.get_llm_provider(model)[:2]
@@ -168,7 +170,12 @@ def _entry(model: str) -> ModelEntry:
             "gemini/NAME."
         )
         raise UsageError(message) from error
+    return str(provider), str(name)
+
+
+def _entry(model: str) -> ModelEntry:
+    module, (provider, name) = litellm(), provider_and_name(model)
     parameters = module.get_supported_openai_params(name, custom_llm_provider=provider) or ()
     facts = facts_of(model, module.model_cost)
     reasons = bool(facts.get("supports_reasoning") or module.supports_reasoning(model))
-    return ModelEntry(str(provider), str(name), facts, frozenset(parameters), reasons)
+    return ModelEntry(provider, name, facts, frozenset(parameters), reasons)

@@ -42,12 +42,17 @@ class ModelEntry:
 
     def longest_reply(self, wanted: int) -> int:
         """The tokens to ask for in a reply where ``wanted`` are allowed."""
-        share = self.context // REPLY_SHARE if self.context else None
-        return min(each for each in (wanted, self._tokens("max_output_tokens"), share) if each)
+        return reply_within(wanted, self._tokens("max_output_tokens"), self.context)
 
     def _tokens(self, name: str) -> int | None:
         count = self.facts.get(name)
         return count if isinstance(count, int) and count > 0 else None
+
+
+def reply_within(wanted: int, longest: int | None, context: int | None) -> int:
+    """The tokens to ask for in a reply where ``wanted`` are allowed, ``longest`` and the ``context`` as far as they are known."""
+    share = context // REPLY_SHARE if context else None
+    return min(each for each in (wanted, longest, share) if each)
 
 
 def facts_of(model: str, table: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Any]:

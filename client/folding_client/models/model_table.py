@@ -3,13 +3,10 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from folding_client.models.prices import LITELLM, ModelPrice, listed_price, read_prices
-from folding_client.models.requirements import missing_keys, require_known
+from folding_client.models.prices import LITELLM, ModelPrice, listed_facts, listed_price, read_prices
+from folding_client.models.requirements import KEY_SUFFIX, missing_keys, require_known
 from folding_client.settings import ROLES, Settings
-
-_KEY = "_API_KEY"
 
 
 @dataclass(frozen=True)
@@ -49,14 +46,16 @@ def model_table(
         require_known(spec)
         roles = [role for role, named in chosen.items() if named == spec]
         rows.append(_row(spec, list(map(str, roles)), prices.get(spec.removeprefix(LITELLM))))
-    return ModelTable(rows, sorted(name for name in environment if name.endswith(_KEY) and environment[name]))
+    return ModelTable(
+        rows, sorted(name for name in environment if name.endswith(KEY_SUFFIX) and environment[name])
+    )
 
 
 def _row(spec: str, roles: list[str], price: ModelPrice | None) -> ModelRow:
     if not spec.startswith(LITELLM):
         return ModelRow(spec, roles, [], None, None, None, None, None, None, None)
     model = spec.removeprefix(LITELLM)
-    facts = _facts(model)
+    facts = listed_facts(model)
     price = price or listed_price(model)
     return ModelRow(
         spec,
@@ -70,16 +69,6 @@ def _row(spec: str, roles: list[str], price: ModelPrice | None) -> ModelRow:
         price.cached_input if price else None,
         price.output if price else None,
     )
-
-
-def _facts(model: str) -> dict[str, Any]:
-    """What litellm's list says of a model, nothing if it lacks it."""
-    from folding_client.models.litellm_model import litellm
-
-    try:
-        return dict(litellm().get_model_info(model))
-    except Exception:  # noqa: BLE001 - litellm raises what comes for a model that it does not know
-        return {}
 
 
 def model_lines(table: ModelTable) -> Iterator[str]:

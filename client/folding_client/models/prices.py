@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -59,14 +60,19 @@ def read_prices(path: str | None) -> dict[str, ModelPrice]:
     return found
 
 
-def listed_price(model: str) -> ModelPrice | None:
-    """The price by litellm's list, in which 0 stands for one that it does not know."""
+def listed_facts(model: str) -> dict[str, Any]:
+    """What litellm's list says of a model, nothing if it lacks it."""
     from folding_client.models.litellm_model import litellm
 
     try:
-        entry = litellm().get_model_info(model)
+        return dict(litellm().get_model_info(model))
     except Exception:  # noqa: BLE001 - litellm raises what comes for a model that it does not know
-        return None
+        return {}
+
+
+def listed_price(model: str) -> ModelPrice | None:
+    """The price by litellm's list, in which 0 stands for one that it does not know."""
+    entry = listed_facts(model)
     read, written = entry.get("input_cost_per_token"), entry.get("output_cost_per_token")
     if not read and not written:
         return None

@@ -12,7 +12,7 @@ from typing import Any
 from folding_prompts import prompt
 
 from folding_client.messages import Message, ToolSpec
-from folding_client.models.model_entry import REPLY_SHARE
+from folding_client.models.model_entry import reply_within
 from folding_client.models.picture_limits import newest_pictures, pictures_at_most
 from folding_client.models.portable_schema import portable
 
@@ -53,8 +53,7 @@ class RequestForm:
 
     def longest_reply(self, wanted: int) -> int:
         """The tokens to ask for in a reply."""
-        share = self.context // REPLY_SHARE if self.context else None
-        return min(each for each in (wanted, self.max_tokens, share) if each)
+        return reply_within(wanted, self.max_tokens, self.context)
 
     def messages(self, messages: Sequence[Message], tools: Sequence[ToolSpec]) -> list[Message]:
         """The conversation in this form. ProviderRefused if the model takes too few pictures for it."""

@@ -11,7 +11,8 @@ MODEL_IDS = (
     "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
     "hybrid:PROVIDER/MODEL"
 )
-_KEY = "_API_KEY"
+KEY_SUFFIX = "_API_KEY"
+"""What the names of the environment variables end with that hold keys."""
 _ASK_FOR_A_KEY = ("openai/", "anthropic/", "gemini/")
 """Providers whose clients need a key to be set whatever the address is."""
 
@@ -56,17 +57,9 @@ def missing_keys(model: str) -> list[str]:
 
 
 def _require_provider(model: str) -> None:
-    from folding_client.models.litellm_model import litellm
+    from folding_client.models.litellm_model import provider_and_name
 
-    module = litellm()
-    try:
-        module.get_llm_provider(model)
-    except module.exceptions.BadRequestError as error:
-        message = (
-            f"litellm knows no provider for the model {model!r}; write it as PROVIDER/MODEL, such as "
-            "gemini/NAME."
-        )
-        raise UsageError(message) from error
+    provider_and_name(model)
 
 
 def _require_key(model: str, api_base: str | None) -> None:
@@ -75,7 +68,7 @@ def _require_key(model: str, api_base: str | None) -> None:
     """
     missing = missing_keys(model)
     at_another_address = api_base is not None and not model.startswith(_ASK_FOR_A_KEY)
-    if missing and not at_another_address and all(name.endswith(_KEY) for name in missing):
+    if missing and not at_another_address and all(name.endswith(KEY_SUFFIX) for name in missing):
         message = (
             f"The provider of {model} needs a key: set {' or '.join(missing)} in the environment, then give the same "
             "command again."

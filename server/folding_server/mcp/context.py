@@ -17,7 +17,7 @@ from folding_schemas.attempt_limits import TECHNICAL_RETURN
 from folding_schemas.request_id import REQUEST_ID
 from mcp.server.mcpserver import Context
 
-from folding_server.errors import RunError
+from folding_server.errors import FoldingError, RunError
 from folding_server.mcp.auth import caller
 from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
@@ -49,8 +49,7 @@ class ServerSettings:
     ``allowed``, which no other caller may read. ``shared`` is true where many hosts reach one process:
     then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
     each owner of tokens. Long calls are computed by ``vision_workers`` processes, or with 0 by threads of this one;
-    ``vision_queue`` of them may wait.
-    each owner of tokens. ``attempts`` is how many a frame has in runs that are opened without a number of their own.
+    ``vision_queue`` of them may wait. ``attempts`` is how many a frame has in runs that are opened without a number of their own.
     """
 
     data: Path
@@ -247,8 +246,8 @@ class AppContext:
 
         RunError if the owner has used up today's. What was computed is answered even if its time cannot be recorded.
         """
-        owner = caller()
-        if owner is None or self.settings.limits.vision_seconds is None:
+        owner = self.limited_owner()
+        if owner is None:
             yield
             return
         self.store.check_vision(owner)
@@ -256,10 +255,18 @@ class AppContext:
         try:
             yield
         finally:
-            try:
-                self.store.add_vision(owner, time.thread_time() - begun)
-            except RunError as error:
-                _logger.warning("The vision time of %s was not counted: %s", owner, error)
+            self.count_vision(owner, time.thread_time() - begun)
+
+    def limited_owner(self) -> str | None:
+        """The caller's owner, if there is a limit to the time of their vision; else None."""
+        return None if self.settings.limits.vision_seconds is None else caller()
+
+    def count_vision(self, owner: str, seconds: float) -> None:
+        """Count the time of a call for its owner. An answer that was computed is not lost for it."""
+        try:
+            self.store.add_vision(owner, seconds)
+        except FoldingError as error:
+            _logger.warning("The vision time of %s was not counted: %s", owner, error)
 
     def sequence(self, run: "RunView") -> "Sequence":
         """The photos of a run. RunError for a free fold."""

@@ -1,7 +1,6 @@
 """Calls that take long: computed by the workers while the event loop goes on, with progress, counted for their owner."""
 
 import functools
-import logging
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -9,17 +8,15 @@ import anyio
 from anyio import to_thread
 from starlette.requests import Request
 
-from folding_server.errors import FoldingError, RunError
+from folding_server.errors import RunError
 from folding_server.mcp.auth import caller
-from folding_server.mcp.context import AppContext, ToolContext, app_context
+from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.subscriptions import FIRST_MODERN
 from folding_server.mcp.tool_progress import ToolProgress
 from folding_server.workers.job import Answer, WorkerJob
 
 GONE_SECONDS = 0.25
 """Seconds between two looks whether the client is still there."""
-
-_logger = logging.getLogger(__name__)
 
 
 async def aside(work: Callable[..., Answer], *given: Any, **named: Any) -> Answer:  # noqa: ANN401 - whatever work takes
@@ -41,8 +38,7 @@ async def compute_long(
     RunError if the owner's time is used up, JobRefused if too many wait.
     """
     app, owner = app_context(ctx), caller()
-    counted = place is not None and app.settings.limits.vision_seconds is not None
-    limited = owner if counted else None
+    limited = None if place is None else app.limited_owner()
     if limited is not None:
         await aside(app.store.check_vision, limited)
     progress, job = ToolProgress(ctx, steps), WorkerJob(tool, work, given, owner, place)
@@ -51,7 +47,7 @@ async def compute_long(
     finally:
         if limited is not None and progress.seconds is not None:
             with anyio.CancelScope(shield=True):
-                await aside(_count, app, limited, progress.seconds)
+                await aside(app.count_vision, limited, progress.seconds)
 
 
 async def _while_heard(ctx: ToolContext, computing: Coroutine[Any, Any, Answer]) -> Answer:
@@ -84,11 +80,3 @@ async def _cancel_when_gone(request: Request, scope: anyio.CancelScope) -> None:
     while not await request.is_disconnected():  # noqa: ASYNC110 - nothing else tells
         await anyio.sleep(GONE_SECONDS)
     scope.cancel()
-
-
-def _count(app: AppContext, owner: str, seconds: float) -> None:
-    """Count the time of a call for its owner. An answer that was computed is not lost for it."""
-    try:
-        app.store.add_vision(owner, seconds)
-    except FoldingError as error:
-        _logger.warning("The vision time of %s was not counted: %s", owner, error)
