@@ -56,6 +56,12 @@ class Told:
         self.begun.set()
 
 
+async def compare_in_a_run(client: Client, told: Told) -> None:
+    """Open a run and compare its first frame; ``told`` is told how far that is."""
+    run_id = (await Host(client).call("open_run", sequence="sailboat"))["run_id"]
+    await client.call_tool("compare_to_frame", {"frame": 1, "run_id": run_id}, progress_callback=told)
+
+
 @pytest.mark.slow
 async def test_answers_are_those_of_a_server_that_computes_in_its_own_process(
     tmp_path: Path, worker: WorkerProcess
@@ -203,9 +209,7 @@ async def test_over_http_a_client_that_is_gone_frees_the_worker_and_its_time_cou
 
             async def propose() -> None:
                 async with Client(streamable_http_client(server.url, http_client=web), mode=mode) as client:
-                    run_id = (await Host(client).call("open_run", sequence="sailboat"))["run_id"]
-                    arguments = {"frame": 1, "run_id": run_id}
-                    await client.call_tool("compare_to_frame", arguments, progress_callback=told)
+                    await compare_in_a_run(client, told)
 
             group.start_soon(propose)
             await told.begun.wait()
@@ -234,9 +238,7 @@ async def test_a_server_that_is_told_to_end_takes_a_busy_worker_along(tmp_path: 
             async def compare() -> None:
                 with suppress(BaseExceptionGroup):  # the server goes in the middle of the call
                     async with Client(server.url) as client:
-                        run_id = (await Host(client).call("open_run", sequence="sailboat"))["run_id"]
-                        arguments = {"frame": 1, "run_id": run_id}
-                        await client.call_tool("compare_to_frame", arguments, progress_callback=told)
+                        await compare_in_a_run(client, told)
 
             group.start_soon(compare)
             await told.begun.wait()
