@@ -22,6 +22,7 @@ from folding_client.progress import Shown, Silent
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay_run
+from folding_client.report_commands import report_command
 from folding_client.setting_sources import settings_from
 from folding_client.settings import Settings
 from folding_client.summaries import fits_of, outcome_document, outcome_lines
@@ -254,6 +255,9 @@ def models_command(
     typer.echo(
         json.dumps(asdict(table), indent=1) if as_json else redact("\n".join(model_lines(table))),
     )
+
+
+app.command("report")(report_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -52,6 +52,16 @@ def _register_sequences(server: "MCPServer[AppContext]", app: AppContext) -> Non
         """The photo of a keyframe; frames count from 1."""
         return app.library.open(name).photo_for_model(frame).data
 
+    @server.resource(
+        "folding://sequences/{name}/frames/{frame}/thumbnail",
+        title="Thumbnail of a keyframe",
+        mime_type="image/jpeg",
+        icons=_PHOTO,
+    )
+    def thumbnail(name: str, frame: int) -> bytes:
+        """The photo of a keyframe, a few kilobytes small, for lists."""
+        return app.library.open(name).photo_thumbnail(frame).data
+
 
 def _register_runs(server: "MCPServer[AppContext]", app: AppContext) -> None:
     @server.resource(at.RUN_LIST, title="Runs", mime_type=at.JSON, icons=_RUN)
