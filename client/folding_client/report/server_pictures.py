@@ -150,9 +150,11 @@ async def _fetched(
         for key, run in runs.items():
             say(f"pictures of {run.sequence}")
             try:
-                await _Pictures(connection, run, files, overlays=overlays).make()
+                left_out = await _Pictures(connection, run, files, overlays=overlays).make()
             except ToolRefused as refusal:
-                troubles[key] = f"Pictures are missing: {refusal}"
+                left_out = str(refusal)
+            if left_out:
+                troubles[key] = f"Pictures are missing: {left_out}"
     except Interrupt as trouble:
         left = f"Pictures are missing, since the folding server ended: {trouble}."
         troubles |= {key: left for key in runs if key not in troubles}
@@ -170,9 +172,12 @@ class _Pictures:
         self._files = files
         self._overlays = overlays and run.has_photos
         self._run_id = ""
+        self._left_out = ""
 
-    async def make(self) -> None:
-        """All that the site lacks. ToolRefused where the server refuses a step; what was made before stays."""
+    async def make(self) -> str:
+        """Make all that the site lacks; why an overlay could not be made, empty if all could. ToolRefused where the server
+        refuses a step; what was made before stays.
+        """
         run = self._run
         sequence = {"sequence": run.sequence} if run.has_photos else {}
         opened = await self._call("open_run", **sequence)
@@ -187,6 +192,7 @@ class _Pictures:
             if run.has_photos:
                 await self._call("save_checkpoint", frame=frame)
             await self._state(frame)
+        return self._left_out
 
     async def _photo(self, frame: int) -> None:
         name = self._run.photo_key(frame)
@@ -209,11 +215,22 @@ class _Pictures:
                 exported = await self._call("export_state", format=export)
                 text = str((exported.data or {}).get("text") or "")
                 self._files.keep_picture(name, text.encode("utf-8"), SVG)
+        if self._overlays and frame > 1 and frame not in self._run.overlays:
+            await self._overlay(frame)
+
+    async def _overlay(self, frame: int) -> None:
         name = self._run.state_key("overlay", frame)
-        wanted = self._overlays and frame > 1 and frame not in self._run.overlays
-        if wanted and self._files.picture(name) is None:
-            for shown in (await self._call("compare_to_frame", frame=frame)).pictures[:1]:
-                self._files.keep_picture(name, shown.data, shown.mime)
+        if self._files.picture(name) is not None:
+            return
+        try:
+            shown = (await self._call("compare_to_frame", frame=frame)).pictures
+        except (
+            ToolRefused
+        ) as refusal:  # a photo that cannot be read, say: the states can be drawn all the same
+            self._left_out = self._left_out or str(refusal)
+            return
+        for picture in shown[:1]:
+            self._files.keep_picture(name, picture.data, picture.mime)
 
     async def _call(self, tool: str, **arguments: object) -> ToolResult:
         """What a tool answers. ToolRefused if it refuses."""

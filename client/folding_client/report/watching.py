@@ -3,8 +3,8 @@
 import asyncio
 import socket
 from collections.abc import Callable
-from contextlib import suppress
 
+import anyio
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -21,6 +21,9 @@ _NAMES = [LOOPBACK, "localhost"]
 LOOK_SECONDS = 2.0
 """Between two looks at the run folders: a frame takes seconds, and looking costs a few calls to the system a run."""
 
+GRACE_SECONDS = 1
+"""How long answers under way may take when the command is ended."""
+
 
 async def watch_site(builder: SiteBuilder, port: int, say: Callable[[str], None]) -> None:
     """Serve and rebuild until cancelled. ``say`` is told the address and each page that changed. UsageError if the port is
@@ -36,13 +39,13 @@ async def watch_site(builder: SiteBuilder, port: int, say: Callable[[str], None]
     with listener:
         await builder.build()
         say(f"http://{LOOPBACK}:{listener.getsockname()[1]}/")
-        server = uvicorn.Server(uvicorn.Config(_site_app(builder), log_level="warning", access_log=False))
+        server = uvicorn.Server(_config(builder))
         serving = asyncio.create_task(server._serve([listener]))  # noqa: SLF001 - serve() takes over Ctrl-C
         try:
             await _rebuild(builder, say)
         finally:
             server.should_exit = True
-            with suppress(asyncio.CancelledError):
+            with anyio.CancelScope(shield=True):
                 await serving
 
 
@@ -52,6 +55,12 @@ async def _rebuild(builder: SiteBuilder, say: Callable[[str], None]) -> None:
         await asyncio.sleep(LOOK_SECONDS)
         for name in await builder.build():
             say(f"changed: {name}")
+
+
+def _config(builder: SiteBuilder) -> uvicorn.Config:
+    return uvicorn.Config(
+        _site_app(builder), log_level="warning", access_log=False, timeout_graceful_shutdown=GRACE_SECONDS
+    )
 
 
 def _site_app(builder: SiteBuilder) -> Starlette:
