@@ -25,6 +25,7 @@ from folding_client.record.replay import replay_run
 from folding_client.report_commands import report_command
 from folding_client.setting_sources import settings_from
 from folding_client.settings import Settings
+from folding_client.study_commands import study_command, study_score_command
 from folding_client.summaries import fits_of, outcome_document, outcome_lines
 from folding_client.videos import video_in_run_folder
 
@@ -258,6 +259,8 @@ def models_command(
 
 
 app.command("report")(report_command)
+app.command("study")(study_command)
+app.command("study-score")(study_score_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

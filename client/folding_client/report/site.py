@@ -73,7 +73,7 @@ class SiteBuilder:
         self._stamps: dict[Path, _Stamp] = {}
         self._pages: dict[Path, RunPage] = {}
         find_runs(self._roots)
-        self.files = SiteFiles(out)
+        self.files = SiteFiles(out, "report")
 
     async def build(self) -> list[str]:
         """Bring the site up to date; the names of the pages that are new or changed."""

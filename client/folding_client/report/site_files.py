@@ -3,13 +3,14 @@
 import hashlib
 import re
 import shutil
+from collections.abc import Container
 from pathlib import Path
 
 from folding_client.interrupts import UsageError
 from folding_client.record.folder import file_trouble, write_atomically
 
 MARKER = ".foldingagent-site"
-"""The file by which a folder is known to be a site of ours, whose files may be replaced."""
+"""The file by which a folder is known to be a site of ours, whose files may be replaced; it says of which kind."""
 MEDIA = "media"
 """The folder of pictures, named by what they show."""
 _SUFFIX_OF = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/svg+xml": "svg"}
@@ -27,16 +28,17 @@ def page_name(*words: str) -> str:
 
 
 class SiteFiles:
-    """The folder of a site. UsageError if it holds something else, or cannot be written."""
+    """The folder of a site of a ``kind``, such as ``report``. UsageError if it holds something else, or cannot be written."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, kind: str) -> None:
         self.folder = folder
+        self._kind = kind
         self.changed: list[str] = []
         self._known: dict[str, str] = {}
         self._require_ours()
         try:
             (folder / MEDIA).mkdir(parents=True, exist_ok=True)
-            (folder / MARKER).touch()
+            (folder / MARKER).write_text(kind, encoding="utf-8")
         except OSError as error:
             message = f"{file_trouble(error)}, or name another folder with -o."
             raise UsageError(message) from error
@@ -47,10 +49,9 @@ class SiteFiles:
         if folder.exists() and not folder.is_dir():
             message = f"{folder} is a file, not a folder for a site; name another with -o."
             raise UsageError(message)
-        if folder.is_dir() and not (folder / MARKER).exists() and any(folder.iterdir()):
-            message = (
-                f"{folder} holds other things than a site of ours; name a new or an empty folder with -o."
-            )
+        ours = (folder / MARKER).is_file() and (folder / MARKER).read_text(encoding="utf-8") == self._kind
+        if folder.is_dir() and not ours and any(folder.iterdir()):
+            message = f"{folder} holds other things than a {self._kind} of ours; name a new or an empty folder with -o."
             raise UsageError(message)
 
     def write(self, name: str, text: str) -> None:
@@ -96,6 +97,13 @@ class SiteFiles:
         write_atomically(self.folder / MEDIA / name, data)
         self._pictures[key] = name
         return f"{MEDIA}/{name}"
+
+    def keep_only(self, pictures: Container[str]) -> None:
+        """Remove the pictures that are not among these places within the site."""
+        for key, name in list(self._pictures.items()):
+            if f"{MEDIA}/{name}" not in pictures:
+                (self.folder / MEDIA / name).unlink(missing_ok=True)
+                del self._pictures[key]
 
     def copy_picture(self, source: Path) -> str | None:
         """Copy a recorded picture, whose name tells its content; its place within the site, None if it is missing."""
