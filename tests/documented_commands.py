@@ -30,6 +30,8 @@ NOT_RUN: Mapping[str, str] = {
     r"docker ": "needs a container engine and pulls images",
     r"(python\S* )?(benchmarks|scripts|packaging)/\S+\.py": "measures or builds, for minutes",
     r"PYTHONPATH=tests python tests/contract/": "writes what other tests compare with",
+    r"foldingagent report .*--watch": "goes on until it is ended; a test of the report serves it",
+    r"foldingagent study": "needs two folders of completed runs, or the answers of people; the tests of the study make them",
     r".*--model (litellm/|hybrid:)": "needs the key of a provider",
     r".*--dask ": "needs a cluster; tests of the cluster start one",
     r".*--database postgresql": "needs a PostgreSQL server; tests of the store start one",

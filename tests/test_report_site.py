@@ -77,6 +77,7 @@ def test_predicted_crease_patterns_are_drawn(site: Path) -> None:
     assert len(drawn) == 2  # the flat sheet, and one that was predicted twice
     assert any("#1f5fd0" in (site / name).read_text() for name in drawn)
     assert "a predicted crease pattern" in page
+    assert "Frames without a solution" not in page
 
 
 def test_nothing_of_a_model_or_a_name_becomes_markup(site: Path) -> None:

@@ -18,6 +18,8 @@ from folding_schemas.event_record import (
 from folding_client.report.attempt_tree import AttemptNode, AttemptTree, ReachedFrame
 from folding_client.report.recorded_runs import RecordedRun
 
+MOST_FRAMES = 2_000
+"""Frames that are shown of one run, whatever its record says: a film is allowed 500 keyframes."""
 RECORDED_PICTURE = re.compile(r"images/[0-9a-f]{20}\.(?:png|jpg|webp|svg)")
 """How a record names a picture; anything else that claims to be one is not looked at."""
 _PHOTO = re.compile(r"photo of frame (\d+)")
@@ -116,7 +118,7 @@ def _frame_report(
         fit.verdict if fit else None,
         fit.agreement if fit else None,
         fit.by if fit else None,
-        run.about.decided.get(str(frame)) if run.about else None,
+        _decided(run, frame),
         attempts.get(frame, 0),
         usage.get(frame, FrameUsage()),
         photos.get(frame),
@@ -124,9 +126,17 @@ def _frame_report(
     )
 
 
+def _decided(run: RecordedRun, frame: int) -> str | None:
+    """Who decided a frame; predicted patterns begin with that of the flat sheet, which nobody decides."""
+    if run.about is None:
+        return None
+    begun = run.variant.startswith("vlm-cp") and frame == 1 and run.about.outcome.frames_saved > 0
+    return run.about.decided.get(str(frame)) or ("the start" if begun else None)
+
+
 def _frame_count(run: RecordedRun, saved: dict[int, ReachedFrame]) -> int:
     told = max(run.about.outcome.frames, run.about.sequence.frames or 0) if run.about else 0
-    return max(told, *saved, 0)
+    return min(max(told, *saved, 0), MOST_FRAMES)
 
 
 def _attempts_by_frame(root: AttemptNode) -> dict[int, int]:

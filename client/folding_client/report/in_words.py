@@ -22,7 +22,7 @@ def dollars_in_words(cost: float | None) -> str:
     """A price, such as ``$0.42``; a dash where it is not known, which is not the same as free."""
     if cost is None:
         return NOT_KNOWN
-    return f"${cost:.2f}" if cost >= 1 or cost == 0 else f"${cost:.4f}"
+    return f"${cost:.2f}" if cost >= 0.1 or cost == 0 else f"${cost:.4f}"
 
 
 def count_in_words(number: int | None) -> str:

@@ -19,7 +19,7 @@ from folding_client.messages import ToolResult
 from folding_client.protocol.connection import Connection, ServerAddress
 from folding_client.report.site_files import SiteFiles, content_key
 
-JPEG, SVG = "image/jpeg", "image/svg+xml"
+_JPEG, _SVG = "image/jpeg", "image/svg+xml"
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class _Pictures:
         name = self._run.thumbnail_key(frame)
         if self._files.picture(name) is None:
             address = f"folding://sequences/{quote(self._run.sequence, safe='')}/frames/{frame}/thumbnail"
-            data, mime = await self._connection.read(address), JPEG
+            data, mime = await self._connection.read(address), _JPEG
             if not data:
                 shown = (await self._call("view_frame", frame=frame, images="small")).pictures[0]
                 data, mime = shown.data, shown.mime
@@ -214,7 +214,7 @@ class _Pictures:
             if self._files.picture(name) is None:
                 exported = await self._call("export_state", format=export)
                 text = str((exported.data or {}).get("text") or "")
-                self._files.keep_picture(name, text.encode("utf-8"), SVG)
+                self._files.keep_picture(name, text.encode("utf-8"), _SVG)
         if self._overlays and frame > 1 and frame not in self._run.overlays:
             await self._overlay(frame)
 

@@ -21,7 +21,7 @@ _NAMES = [LOOPBACK, "localhost"]
 LOOK_SECONDS = 2.0
 """Between two looks at the run folders: a frame takes seconds, and looking costs a few calls to the system a run."""
 
-GRACE_SECONDS = 1
+_LAST_ANSWERS_SECONDS = 1
 """How long answers under way may take when the command is ended."""
 
 
@@ -59,7 +59,10 @@ async def _rebuild(builder: SiteBuilder, say: Callable[[str], None]) -> None:
 
 def _config(builder: SiteBuilder) -> uvicorn.Config:
     return uvicorn.Config(
-        _site_app(builder), log_level="warning", access_log=False, timeout_graceful_shutdown=GRACE_SECONDS
+        _site_app(builder),
+        log_level="warning",
+        access_log=False,
+        timeout_graceful_shutdown=_LAST_ANSWERS_SECONDS,
     )
 
 

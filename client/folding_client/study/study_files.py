@@ -7,9 +7,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from folding_client.interrupts import UsageError
 
-Choice = Literal["A", "B", "tie"]
+ChosenPicture = Literal["A", "B", "tie"]
 """What a participant chose: the picture on the left, that on the right, or neither."""
-Side = Literal["first", "second"]
+StudySide = Literal["first", "second"]
 """One of the two folders of runs that are compared."""
 _File = TypeVar("_File", bound=BaseModel)
 
@@ -22,7 +22,7 @@ class KeyedQuestion(BaseModel):
     question: str
     sequence: str
     frame: int
-    left: Side
+    left: StudySide
 
 
 class StudyKey(BaseModel):
@@ -44,7 +44,7 @@ class StudyAnswer(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     question: str
-    choice: Choice
+    choice: ChosenPicture
     seconds: float | None = Field(default=None, ge=0)
 
 

@@ -13,7 +13,7 @@ from folding_client.report.run_pages import RunPage, gather_page
 from folding_client.report.run_scores import Evaluations
 from folding_client.report.server_pictures import PicturedRun
 from folding_client.report.site_files import content_key
-from folding_client.study.study_files import KeyedQuestion, Side
+from folding_client.study.study_files import KeyedQuestion, StudySide
 
 DEFAULT_QUESTIONS = 30
 """Questions that take a participant about ten minutes; the paper's 600 judgements are 60 for each of 10 sequences."""
@@ -24,7 +24,7 @@ class JointSequence:
     """A sequence that both sides completed, as pictures can be made of it."""
 
     name: str
-    sides: Mapping[Side, PicturedRun]
+    sides: Mapping[StudySide, PicturedRun]
 
     @property
     def frames(self) -> range:
@@ -35,7 +35,7 @@ class JointSequence:
 def joint_sequences(first: Path, second: Path, truth: Path) -> list[JointSequence]:
     """The sequences of a folder that both folders of runs completed, in order of name. UsageError if there are none."""
     photos = {sequence_name(folder): folder.resolve() for folder in sequences_of(truth)}
-    sides: dict[Side, dict[str, RunPage]] = {"first": _completed(first), "second": _completed(second)}
+    sides: dict[StudySide, dict[str, RunPage]] = {"first": _completed(first), "second": _completed(second)}
     names = sorted(photos.keys() & sides["first"].keys() & sides["second"].keys())
     if not names:
         message = (
@@ -43,10 +43,14 @@ def joint_sequences(first: Path, second: Path, truth: Path) -> list[JointSequenc
             "completed."
         )
         raise UsageError(message)
-    return [
+    joint = [
         JointSequence(name, {side: _pictured(runs[name], photos[name]) for side, runs in sides.items()})
         for name in names
     ]
+    if not any(each.frames for each in joint):
+        message = f"The sequences of {truth} that both completed have no frame after the flat sheet; there is nothing to compare."
+        raise UsageError(message)
+    return joint
 
 
 def _completed(root: Path) -> dict[str, RunPage]:
@@ -98,8 +102,8 @@ def draw_questions(
     ]
 
 
-def _balanced_sides(count: int, chance: random.Random) -> list[Side]:
-    sides: list[Side] = ["first", "second"]
+def _balanced_sides(count: int, chance: random.Random) -> list[StudySide]:
+    sides: list[StudySide] = ["first", "second"]
     chance.shuffle(sides)
     dealt = [sides[number % 2] for number in range(count)]
     chance.shuffle(dealt)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from folding_client.critic_accuracy.intervals import Share, share_of
 from folding_client.interrupts import UsageError
 from folding_client.study.rater_agreement import fleiss_kappa, krippendorff_alpha
-from folding_client.study.study_files import Choice, KeyedQuestion, StudyAnswers, StudyKey
+from folding_client.study.study_files import ChosenPicture, KeyedQuestion, StudyAnswers, StudyKey
 
 Preference = str
 """``first``, ``second`` or ``tie``."""
@@ -74,7 +74,7 @@ def study_scores(answers: Sequence[StudyAnswers], key: StudyKey) -> StudyScores:
     )
 
 
-def preference_of(question: KeyedQuestion, choice: Choice) -> Preference:
+def preference_of(question: KeyedQuestion, choice: ChosenPicture) -> Preference:
     """Whose reconstruction a choice is for."""
     if choice == "tie":
         return "tie"

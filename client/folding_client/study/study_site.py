@@ -14,10 +14,10 @@ from folding_client.record.folder import write_atomically
 from folding_client.report.server_pictures import fetch_pictures
 from folding_client.report.site import asset
 from folding_client.report.site_files import SiteFiles, content_key
-from folding_client.study.study_files import KeyedQuestion, Side, StudyKey
+from folding_client.study.study_files import KeyedQuestion, StudyKey, StudySide
 from folding_client.study.study_questions import JointSequence
 
-_SIDES: tuple[Side, Side] = ("first", "second")
+_SIDES: tuple[StudySide, StudySide] = ("first", "second")
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,7 @@ function pairs(rows, left, right) {
   return names.map((name) => {
     const pair = document.createElement("section");
     pair.className = "pair";
-    const heading = document.createElement("h3");
-    heading.textContent = name;
-    pair.append(heading, side(rows, name, left), side(rows, name, right));
+    pair.append(side(rows, name, left), side(rows, name, right));
     return pair;
   });
 }
@@ -65,7 +63,7 @@ function side(rows, name, group) {
   if (row) return row;
   const none = document.createElement("p");
   none.className = "quiet";
-  none.textContent = "no run that fits the filters";
+  none.textContent = `${name}: no run that fits the filters`;
   return none;
 }
 
