@@ -216,6 +216,7 @@ def test_a_page_takes_over_what_changed_without_losing_the_place(
     with watched([tmp_path / "runs"], tmp_path / "site") as url, opened(browser, viewport=PHONE) as page:
         page.goto(url)
         page.get_by_role("link", name="plain3").click()
+        expect(page.locator("#at")).to_have_text("1 of 3")
         page.keyboard.press("End")
         page.locator("#log .step > summary").nth(1).click()
         page.evaluate("scrollTo(0, 500)")

@@ -4,6 +4,7 @@ import asyncio
 import json
 import re
 import shutil
+import socket
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ import pytest
 from client_runs import shortened
 from folding_client.interrupts import UsageError
 from folding_client.report.attempt_tree import AttemptTree
-from folding_client.report.frame_reports import usage_by_frame
+from folding_client.report.frame_reports import MOST_FRAMES, usage_by_frame
 from folding_client.report.recorded_runs import RunPlace, find_runs, read_run
+from folding_client.report.run_pages import gather_page
+from folding_client.report.run_scores import Evaluations
 from folding_client.report.site import ReportOptions, SiteBuilder
 from folding_client.report.trace import LONGEST_TEXT, Trace
 from paths import ROOT
@@ -276,6 +279,21 @@ def test_folders_that_are_no_sites_or_hold_no_runs_are_refused_in_one_sentence(
         assert named in done.stderr
         assert done.stderr.count("\n") == 1
     assert [file.name for file in tmp_path.iterdir()] == ["mine"]
+
+
+def test_a_port_in_use_is_refused_in_one_sentence(runs: Path, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = command("report", runs, "-o", tmp_path / "site", "--watch", "--recorded-only", "--port", port)
+    assert (done.returncode, str(port) in done.stderr, done.stderr.count("\n")) == (2, True, 1), done.stderr
+
+
+def test_a_record_that_claims_a_million_frames_is_shown_all_the_same(runs: Path, tmp_path: Path) -> None:
+    told = json.loads((runs / "plain3" / "run.json").read_text())
+    folder = shutil.copytree(runs / "plain3", tmp_path / "run")
+    edited(folder, outcome={**told["outcome"], "frames": 10**9})
+    page = gather_page(RunPlace(folder, "batch", "run"), Evaluations(()))
+    assert len(page.frames) == MOST_FRAMES
 
 
 def test_each_folder_that_is_named_is_a_batch_of_its_own(runs: Path, tmp_path: Path) -> None:

@@ -50,11 +50,18 @@ async def watch_site(builder: SiteBuilder, port: int, say: Callable[[str], None]
 
 
 async def _rebuild(builder: SiteBuilder, say: Callable[[str], None]) -> None:
-    """Build again and again; nothing is done while nothing changed."""
+    """Build again and again; nothing is done while nothing changed. What cannot be read is said, once, and tried again."""
+    trouble = ""
     while True:
         await asyncio.sleep(LOOK_SECONDS)
-        for name in await builder.build():
-            say(f"changed: {name}")
+        try:
+            for name in await builder.build():
+                say(f"changed: {name}")
+            trouble = ""
+        except (UsageError, OSError) as error:
+            if str(error) != trouble:
+                trouble = str(error)
+                say(trouble)
 
 
 def _config(builder: SiteBuilder) -> uvicorn.Config:
