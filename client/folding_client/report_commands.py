@@ -12,36 +12,39 @@ from folding_client.interrupts import UsageError
 DEFAULT_SITE = Path("report")
 
 
+_Runs = Annotated[
+    list[Path],
+    typer.Argument(parser=options.path, help="Run folders, or folders of them; each one named is a batch."),
+]
+_Out = Annotated[Path, typer.Option("--out", "-o", parser=options.path, help="Folder of the site.")]
+_Evaluation = Annotated[
+    Path | None,
+    typer.Option(
+        parser=options.path,
+        metavar="FILE",
+        help="Scores, as evaluate --json printed them; evaluation.json in a folder of runs if left out.",
+    ),
+]
+_RecordedOnly = Annotated[
+    bool, typer.Option("--recorded-only", help="Show what is on record, and start no folding server.")
+]
+_NoOverlays = Annotated[
+    bool, typer.Option("--no-overlays", help="Have no photos compared whose comparison is not on record.")
+]
+_Watch = Annotated[
+    bool, typer.Option("--watch", help="Serve the site on this machine and keep it up to date.")
+]
+_Port = Annotated[int, typer.Option(min=0, max=65535, help="Port for --watch; a free one if left out.")]
+
+
 def report_command(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            parser=options.path, help="Run folders, or folders of them; each one named is a batch."
-        ),
-    ],
-    out: Annotated[
-        Path, typer.Option("--out", "-o", parser=options.path, help="Folder of the site.")
-    ] = DEFAULT_SITE,
-    evaluation: Annotated[
-        Path | None,
-        typer.Option(
-            parser=options.path,
-            metavar="FILE",
-            help="Scores, as evaluate --json printed them; evaluation.json in a folder of runs if left out.",
-        ),
-    ] = None,
-    recorded_only: Annotated[
-        bool, typer.Option("--recorded-only", help="Show what is on record, and start no folding server.")
-    ] = False,
-    no_overlays: Annotated[
-        bool, typer.Option("--no-overlays", help="Have no photos compared whose comparison is not on record.")
-    ] = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Serve the site on this machine and keep it up to date.")
-    ] = False,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port for --watch; a free one if left out.")
-    ] = 0,
+    runs: _Runs,
+    out: _Out = DEFAULT_SITE,
+    evaluation: _Evaluation = None,
+    recorded_only: _RecordedOnly = False,
+    no_overlays: _NoOverlays = False,
+    watch: _Watch = False,
+    port: _Port = 0,
 ) -> None:
     """Make a static site of recorded runs: an overview, and a page for each."""
     from folding_client.report.site import ReportOptions, SiteBuilder

@@ -169,7 +169,7 @@ def group_totals(pages: Sequence[RunPage]) -> list[GroupTotals]:
 
 def _totals_of(name: str, pages: Sequence[RunPage]) -> GroupTotals:
     scored = [page.scores.last for page in pages if page.scores.last]
-    metrics = [metric for page in pages[:1] for metric in page.scores.metrics]
+    metrics = dict.fromkeys(metric for page in pages for metric in page.scores.metrics)
     costs = [page.usage.cost for page in pages if page.usage.cost is not None]
     return GroupTotals(
         name,

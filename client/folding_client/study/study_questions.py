@@ -15,9 +15,6 @@ from folding_client.report.server_pictures import PicturedRun
 from folding_client.report.site_files import content_key
 from folding_client.study.study_files import KeyedQuestion, StudySide
 
-DEFAULT_QUESTIONS = 30
-"""Questions that take a participant about ten minutes; the paper's 600 judgements are 60 for each of 10 sequences."""
-
 
 @dataclass(frozen=True)
 class JointSequence:
