@@ -215,6 +215,7 @@ def test_what_cannot_be_compared_is_drawn_all_the_same(runs: Path, tmp_path: Pat
     assert "Pictures are missing: " in page
 
 
+@pytest.mark.slow
 def test_a_run_whose_photos_are_gone_is_drawn_without_them(runs: Path, tmp_path: Path) -> None:
     folder = edited(
         shutil.copytree(runs / "plain3", tmp_path / "run"),
