@@ -14,6 +14,7 @@ from folding_client import options
 from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
 from folding_client.critic_accuracy.accuracy import accuracy_lines, critic_accuracy, sequences_with_truth
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
+from folding_client.evaluation.evaluate_command import evaluate_command
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
 from folding_client.interrupts import UsageError
 from folding_client.models.model_table import model_lines, model_table
@@ -239,6 +240,9 @@ def critic_accuracy_command(
     if found.stopped:
         typer.echo(redact(found.stopped), err=True)
         raise typer.Exit(EXIT_STOPPED)
+
+
+app.command("evaluate")(evaluate_command)
 
 
 @app.command("models")

@@ -63,6 +63,9 @@ Attempts = Annotated[
     ),
 ]
 ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
+ForEvaluation = Annotated[
+    bool, typer.Option("--for-evaluation", help="Offer also the tool that measures states to score them.")
+]
 
 Limit = Annotated[
     list[str] | None,

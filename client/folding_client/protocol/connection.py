@@ -35,13 +35,14 @@ TOKEN_VARIABLE = "FOLDINGAGENT_SERVER_TOKEN"  # noqa: S105 - the name of a varia
 
 @dataclass(frozen=True)
 class ServerAddress:
-    """Where the folding server is: a URL, or, without one, a process to start on these folders."""
+    """Where the folding server is: a URL, or, without one, a process to start on these folders, with further ``options``."""
 
     sequences: Path
     data: Path
     url: str | None = None
     timeout: float = 600.0
     """Seconds that an answer may take."""
+    options: tuple[str, ...] = ()
 
     def command(self) -> StdioServerParameters:
         """The process to start. It gets no variable of this environment beyond what a shell needs.
@@ -50,7 +51,8 @@ class ServerAddress:
         """
         folders = ("--sequences", str(self.sequences), "--data", str(self.data))
         return StdioServerParameters(
-            command=sys.executable, args=["-m", "folding_server", *folders, "--vision-workers", "0"]
+            command=sys.executable,
+            args=["-m", "folding_server", *folders, "--vision-workers", "0", *self.options],
         )
 
 

@@ -47,7 +47,7 @@ class ServerSettings:
     ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
     are served from the folders ``sequences`` alone, and those that callers have added from the files below the folders
     ``allowed``, which no other caller may read. ``shared`` is true where many hosts reach one process:
-    then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
+    then every call has to name its run. ``tool_set``, ``read_only`` and ``for_evaluation`` choose the tools that are offered; ``limits`` hold for
     each owner of tokens. Long calls are computed by ``vision_workers`` processes, or with 0 by threads of this one;
     ``vision_queue`` of them may wait. ``attempts`` is how many a frame has in runs that are opened without a number of their own.
     """
@@ -59,6 +59,7 @@ class ServerSettings:
     shared: bool = False
     tool_set: ToolSelection = "all"
     read_only: bool = False
+    for_evaluation: bool = False
     limits: OwnerLimits = NO_LIMITS
     vision_workers: int = 0
     vision_queue: int = WAITING

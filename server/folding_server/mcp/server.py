@@ -53,7 +53,10 @@ class FoldingServer(MCPServer[AppContext]):
     ) -> None:
         settings = app.settings
         tools = catalogue.tools(
-            settings.tool_set, read_only=settings.read_only, reading_files=bool(settings.allowed)
+            settings.tool_set,
+            read_only=settings.read_only,
+            reading_files=bool(settings.allowed),
+            for_evaluation=settings.for_evaluation,
         )
         self._app = app
         bus = ListenerBus()

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from folding_schemas.results import Comparison, Foldability, Proposals
+from folding_schemas.state_measures import StateMeasures
 
 from folding_server.errors import PhotoError
 from folding_server.mcp.services import presenters
@@ -145,6 +146,15 @@ def check_folding_flat(announce: "Announce", paper: "Paper") -> Foldability:
 
     announce("looking for an order of the layers")
     return presenters.foldability(check_paper(paper))
+
+
+def measure_for_evaluation(announce: "Announce", measured: "Paper | str") -> StateMeasures:
+    """What evaluation is told of a paper, or of the state in the text of a FOLD file. ProgramError if it cannot be read."""
+    from folding_server.measuring.state_measuring import measured_model, measured_paper  # noqa: PLC0415  (loads shapely)
+    from folding_server.measuring.stated_model import stated_model  # noqa: PLC0415
+
+    announce("looking for an order of the layers")
+    return measured_model(stated_model(measured)) if isinstance(measured, str) else measured_paper(measured)
 
 
 @cache

@@ -7,8 +7,9 @@ among faces that share a cell; the search sees to that. (Taco-taco, taco-tortill
 Akitaya et al., "Simple folding is really hard", and of Flat-Folder.)
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import shapely
@@ -18,12 +19,15 @@ from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.validity.contacts import along, cells, overlapping, shrunk, through
 
+ConditionKind = Literal["taco-taco", "taco-tortilla", "tortilla-tortilla"]
+
 
 @dataclass(frozen=True)
 class Conditions:
     """``pairs`` i < j of overlapping faces; ``known`` pairs that assignments fix, lower face first; ``equal`` pairs of
     statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
-    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it.
+    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it;
+    ``counts``, how many conditions of each kind there are, each counted once for the faces that it is about.
     """
 
     faces: int
@@ -33,6 +37,7 @@ class Conditions:
     even: frozenset[tuple[FacePair, FacePair, FacePair, FacePair]]
     cells: tuple[int, ...]
     reached: tuple[int, ...]
+    counts: Mapping[ConditionKind, int] = field(default_factory=dict)
 
 
 def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
@@ -41,14 +46,16 @@ def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     pairs = frozenset((int(i), int(j)) for i, j in overlapping(outlines, tolerance).T)
     cover = cells(outlines, tolerance)
     builder = _Builder(flat, pairs, np.flatnonzero(shapely.is_empty(shrunk(outlines, tolerance / 2))))
+    equal = frozenset(builder.equal(tolerance, outlines))
     return Conditions(
         len(outlines),
         pairs,
         tuple(builder.known()),
-        frozenset(builder.equal(tolerance, outlines)),
+        equal,
         frozenset(builder.even),
         tuple(int.from_bytes(np.packbits(row).tobytes(), "big") for row in cover),
         tuple(int(k) for k in np.argsort(flat.walk)),
+        {kind: len(about) for kind, about in builder.about.items()},
     )
 
 
@@ -64,7 +71,8 @@ def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
 
 
 class _Builder:
-    """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read.
+    """Collects equations whose statements are all about overlapping pairs; ``even`` and ``about``, which faces each kind of
+    condition is about, fill while ``equal`` is read.
 
     ``thin`` faces are thinner than the tolerance: a flat pair with one does not reach across its crease.
     """
@@ -72,6 +80,11 @@ class _Builder:
     def __init__(self, flat: FlatFaces, pairs: frozenset[FacePair], thin: Iterable[int]) -> None:
         self.flat, self.pairs, self.thin = flat, pairs, frozenset(thin)
         self.even: set[tuple[FacePair, FacePair, FacePair, FacePair]] = set()
+        self.about: dict[ConditionKind, set[Hashable]] = {
+            "taco-taco": set(),
+            "taco-tortilla": set(),
+            "tortilla-tortilla": set(),
+        }
 
     def overlap(self, *pairs: FacePair) -> bool:
         """Whether all pairs are of faces that overlap."""
@@ -87,14 +100,18 @@ class _Builder:
             return
         segments = self.flat.segments
         for i, c in through(segments, outlines, tolerance).T:
-            a, b = self.flat.creases[i].left, self.flat.creases[i].right
-            yield from self._same((a, int(c)), (b, int(c)))
+            a, b = self._beside(int(i))
+            kind: ConditionKind = "taco-tortilla" if self.flat.creases[i].folded else "tortilla-tortilla"
+            yield from self._same(kind, (a, int(c)), (b, int(c)))
         pairs, ways = along(segments, tolerance)
         for (i, j), way in zip(pairs.T, ways, strict=True):
             yield from self._along(int(i), int(j), int(way))
 
-    def _same(self, first: FacePair, second: FacePair) -> Iterator[tuple[FacePair, FacePair]]:
+    def _same(
+        self, kind: ConditionKind, first: FacePair, second: FacePair
+    ) -> Iterator[tuple[FacePair, FacePair]]:
         if len({*first}) == 2 == len({*second}) and self.overlap(first, second):
+            self.about[kind].add(frozenset({frozenset(first), frozenset(second)}))
             yield first, second
 
     def _along(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
@@ -113,19 +130,20 @@ class _Builder:
         one_side = self.flat.sides[i, 0] == self.flat.sides[j, 0] * way
         if one_side and len({a, b, c, d}) == 4 and self.overlap(*four):
             self.even.add(four)
+            self.about["taco-taco"].add(frozenset({frozenset((a, b)), frozenset((c, d))}))
 
     def _two_flat_pairs(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
         (a, b), (c, d) = self._beside(i), self._beside(j)
         if self.flat.sides[i, 0] != self.flat.sides[j, 0] * way:
             c, d = d, c
-        yield from self._same((a, c), (b, d))
+        yield from self._same("tortilla-tortilla", (a, c), (b, d))
 
     def _fold_and_flat_pair(self, fold: int, flat: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
         (a, b), (inside, outside) = self._beside(fold), self._beside(flat)
         if self.flat.sides[flat, 0] * way != self.flat.sides[fold, 0]:
             inside, outside = outside, inside
         if outside not in self.thin:
-            yield from self._same((a, inside), (b, inside))
+            yield from self._same("taco-tortilla", (a, inside), (b, inside))
 
     def _beside(self, crease: int) -> FacePair:
         return self.flat.creases[crease].left, self.flat.creases[crease].right
