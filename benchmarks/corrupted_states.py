@@ -187,12 +187,12 @@ def true_states(files: Sequence[Path] = PROGRAMS) -> list[StateMeasures]:
 
 
 def corrupted(
-    states: Sequence[StateMeasures], count: int, seed: int
+    states: Sequence[StateMeasures], count: int, seed: int, mistakes: Sequence[str] = tuple(MISTAKES)
 ) -> Iterator[tuple[str, StateMeasures, ComparedState]]:
     """So many triples of a mistake, the truth, and the measured state with the mistake, kinds in turn."""
     chance = random.Random(seed)
     for number in range(count):
-        mistake = list(MISTAKES)[number % len(MISTAKES)]
+        mistake = mistakes[number % len(mistakes)]
         while True:
             truth = chance.choice(states)
             draft = json.loads(truth.model_dump_json())

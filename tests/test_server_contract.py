@@ -51,7 +51,10 @@ def test_the_page_about_the_tools_names_them_all_and_no_others() -> None:
 def test_the_reference_says_what_the_tools_say() -> None:
     written = tool_reference.FILE.read_text(encoding="utf-8")
     assert written == tool_reference.reference(), "run tests/contract/tool_reference.py and commit its result"
-    assert all(f"## `{tool.name}`: {tool.title}" in written for tool in tools(reading_files=True, for_evaluation=True))
+    assert all(
+        f"## `{tool.name}`: {tool.title}" in written
+        for tool in tools(reading_files=True, for_evaluation=True)
+    )
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import numpy as np
 from folding_schemas.state_measures import ConstraintCounts, StateMeasures
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+Reals = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Places = NDArray[np.intp]
 BOUNDARY = "B"
 
 
@@ -23,12 +23,12 @@ class ComparedState:
     over the second; ``problem`` why it does not compile, empty if it does.
     """
 
-    sheet: Floats
-    folded: Floats | None
-    edges: Indices
+    sheet: Reals
+    folded: Reals | None
+    edges: Places
     letters: tuple[str, ...]
     faces: tuple[tuple[int, ...], ...]
-    over: Bools
+    over: Flags
     constraints: ConstraintCounts
     locally_flat: float
     problem: str = ""
@@ -39,23 +39,23 @@ class ComparedState:
         return not self.problem
 
     @cached_property
-    def degrees(self) -> Indices:
+    def degrees(self) -> Places:
         """(v,): how many edges end at each vertex."""
         return np.bincount(self.edges.ravel(), minlength=len(self.sheet))
 
     @cached_property
-    def creases(self) -> Indices:
-        """Indices of the edges that are not boundary."""
+    def creases(self) -> Places:
+        """(c,): the numbers of the edges that are not boundary."""
         return np.flatnonzero(np.array(self.letters) != BOUNDARY)
 
     @cached_property
-    def lengths(self) -> Floats:
+    def lengths(self) -> Reals:
         """(e,): how long each edge is on the sheet."""
         ends = self.sheet[self.edges]
         return np.asarray(np.hypot(*(ends[:, 1] - ends[:, 0]).T))
 
     @cached_property
-    def motions(self) -> tuple[Floats, Floats]:
+    def motions(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """(f,) complex factors and (f,) offsets of the faces: z goes to factor * z + offset, z conjugated if ``mirrored``."""
         assert self.folded is not None, "the state says where it lies"
         found = [
@@ -66,12 +66,12 @@ class ComparedState:
         return np.array(factors), np.array(offsets)
 
     @cached_property
-    def mirrored(self) -> Bools:
+    def mirrored(self) -> Flags:
         """(f,): whether the back of each face is up."""
         assert self.folded is not None, "the state says where it lies"
         return np.array(
             [
-                signed_area(self.sheet[list(face)]) * signed_area(self.folded[list(face)]) < 0
+                doubled_area(self.sheet[list(face)]) * doubled_area(self.folded[list(face)]) < 0
                 for face in self.faces
             ],
             bool,
@@ -102,13 +102,13 @@ def compared_state(measured: StateMeasures) -> ComparedState:
     )
 
 
-def signed_area(outline: Floats) -> float:
+def doubled_area(outline: Reals) -> float:
     """Twice the area of a polygon (k, 2), negative if it runs clockwise."""
     x, y = outline.T
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
-def face_motion(flat: Floats, folded: Floats, *, turned_over: bool) -> tuple[complex, complex]:
+def face_motion(flat: Reals, folded: Reals, *, turned_over: bool) -> tuple[complex, complex]:
     """The isometry from one outline (k, 2) to another as factor and offset in the complex plane, least squares."""
     z, w = flat @ [1, 1j], folded @ [1, 1j]
     z = z.conj() if turned_over else z
@@ -117,7 +117,24 @@ def face_motion(flat: Floats, folded: Floats, *, turned_over: bool) -> tuple[com
     return factor, complex(w.mean() - factor * z.mean())
 
 
-def inside(points: Floats, outlines: Sequence[Floats]) -> Bools:
+def common_part(first: Reals, second: Reals) -> Reals:
+    """The corners (k, 2) of what two convex polygons have in common, none if nothing (Sutherland and Hodgman 1974)."""
+    clip = second if doubled_area(second) > 0 else second[::-1]
+    found = list(first)
+    for start, end in zip(clip, np.roll(clip, -1, axis=0), strict=True):
+        corners, found = found, []
+        run = end - start
+        sides = [run[0] * (y - start[1]) - run[1] * (x - start[0]) for x, y in corners]
+        for i, (corner, side) in enumerate(zip(corners, sides, strict=True)):
+            before = sides[i - 1]
+            if before * side < 0:
+                found.append(corners[i - 1] + (corner - corners[i - 1]) * before / (before - side))
+            if side >= 0:
+                found.append(corner)
+    return np.array(found).reshape(-1, 2)
+
+
+def inside(points: Reals, outlines: Sequence[Reals]) -> Flags:
     """(n, f): which of the points (n, 2) lie in which polygon, by the even-odd rule."""
     found = np.zeros((len(points), len(outlines)), bool)
     x, y = points.T

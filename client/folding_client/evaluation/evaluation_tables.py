@@ -63,7 +63,7 @@ def _figure(metric: MetricName, value: float | None) -> str:
 
 
 def _classes(report: EvaluationReport) -> "Table":
-    table = _new("Frames by what is done to come to them", "model", "action", "frames", *map(_head, METRICS))
+    table = _new("Frames by what is done to come to them", "model", "action", "n", *map(_head, METRICS))
     for group in report.groups:
         for each in group.by_class:
             figures = (_figure(metric, each.scores[metric].mean) for metric in METRICS)

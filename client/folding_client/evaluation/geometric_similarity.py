@@ -5,7 +5,7 @@ from math import exp
 
 import numpy as np
 
-from folding_client.evaluation.compared_state import ComparedState, Floats
+from folding_client.evaluation.compared_state import ComparedState, Reals
 from folding_client.evaluation.counting_similarity import histogram_similarity
 from folding_client.evaluation.evaluation_constants import EvaluationConstants
 from folding_client.evaluation.hausdorff import hausdorff
@@ -37,13 +37,13 @@ def geometric_similarity(parts: dict[str, float], constants: EvaluationConstants
     )
 
 
-def _framed(points: Floats) -> Floats:
+def _framed(points: Reals) -> Reals:
     """Points about the middle of their bounding box, in units of its diagonal."""
     low, high = points.min(axis=0), points.max(axis=0)
     return np.asarray((points - (low + high) / 2) / np.hypot(*(high - low)))
 
 
-def _aspect(points: Floats) -> float:
+def _aspect(points: Reals) -> float:
     width, height = np.ptp(points, axis=0)
     return float(width / height)
 

@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from folding_client.evaluation.compared_state import Floats
+from folding_client.evaluation.compared_state import Reals
+
+NO_DISTANCE = 1e-9
+"""Sheet units below which points lie on each other, and no motion need be looked for: the precision that coordinates come in."""
 
 
-def hausdorff(first: Floats, second: Floats) -> float:
+def hausdorff(first: Reals, second: Reals) -> float:
     """The two-sided Hausdorff distance of points (n, 2) and (m, 2)."""
     from scipy.spatial.distance import cdist
 
@@ -13,7 +16,7 @@ def hausdorff(first: Floats, second: Floats) -> float:
     return float(max(distances.min(axis=1).max(), distances.min(axis=0).max()))
 
 
-def closest_hausdorff(first: Floats, second: Floats, step: float, refined: int) -> float:
+def closest_hausdorff(first: Reals, second: Reals, step: float, refined: int) -> float:
     """The distance after the best rotation and translation; no reflection.
 
     Rotations of the centred points by each ``step`` degrees are tried, then the ``refined`` best of them with a translation
@@ -23,17 +26,19 @@ def closest_hausdorff(first: Floats, second: Floats, step: float, refined: int) 
     turns = np.radians(np.arange(0.0, 360.0, step))
     found = np.array([hausdorff(_moved(first, turn), second) for turn in turns])
     best = float(found.min())
+    if best < NO_DISTANCE:
+        return best
     for index in np.argsort(found, kind="stable")[:refined]:
         best = min(best, _refined(first, second, float(turns[index]), np.radians(step)))
     return best
 
 
-def _moved(points: Floats, turn: float, dx: float = 0.0, dy: float = 0.0) -> Floats:
+def _moved(points: Reals, turn: float, dx: float = 0.0, dy: float = 0.0) -> Reals:
     c, s = np.cos(turn), np.sin(turn)
     return np.asarray(points @ np.array([[c, s], [-s, c]]) + (dx, dy))
 
 
-def _refined(first: Floats, second: Floats, turn: float, step: float) -> float:
+def _refined(first: Reals, second: Reals, turn: float, step: float) -> float:
     from scipy.optimize import minimize
 
     extent = float(np.ptp(second, axis=0).max())

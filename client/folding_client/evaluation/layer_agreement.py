@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from folding_client.evaluation.compared_state import Bools, ComparedState, Floats, Indices, inside
+from folding_client.evaluation.compared_state import ComparedState, Flags, Places, Reals, common_part, inside
 from folding_client.evaluation.evaluation_constants import EvaluationConstants
 
 MOST_BATCHES = 20
@@ -17,22 +18,24 @@ alone.
 class LayerPairs:
     """(n, 2) sheet points, and (n, 2) those that lie below them in the folded state."""
 
-    upper: Floats
-    lower: Floats
+    upper: Reals
+    lower: Reals
 
 
 def layer_pairs(truth: ComparedState, constants: EvaluationConstants) -> LayerPairs:
-    """Pairs of points of the true sheet that coincide when it is folded; none if nothing lies over anything."""
+    """Pairs of points of the true sheet that coincide when it is folded; none if nothing lies over anything.
+
+    Every two faces that overlap have one, in the middle of what they have in common, so that no small flap is overlooked; the
+    rest is drawn evenly over the sheet.
+    """
     chance = np.random.default_rng(constants.layer_seed)
-    upper, lower = [np.empty((0, 2))], [np.empty((0, 2))]
+    found = [_middles(truth)]
     for _ in range(MOST_BATCHES if truth.over.any() else 0):
-        above, below = _drawn(truth, chance, constants.layer_pairs)
-        upper.append(above)
-        lower.append(below)
-        if sum(map(len, upper)) >= constants.layer_pairs:
+        if sum(map(len, found)) >= constants.layer_pairs:
             break
-    count = constants.layer_pairs
-    return LayerPairs(np.concatenate(upper)[:count], np.concatenate(lower)[:count])
+        found.append(_drawn(truth, chance, constants.layer_pairs))
+    pairs = np.concatenate(found)[: max(constants.layer_pairs, len(found[0]))]
+    return LayerPairs(pairs[:, 0], pairs[:, 1])
 
 
 def layer_agreement(state: ComparedState, pairs: LayerPairs) -> float:
@@ -48,14 +51,39 @@ def layer_agreement(state: ComparedState, pairs: LayerPairs) -> float:
     return float((known & state.over[upper, lower]).mean())
 
 
-def _face_at(points: Floats, outlines: list[Floats]) -> Indices:
+def _face_at(points: Reals, outlines: list[Reals]) -> Places:
     """(n,): the face that holds each sheet point, -1 if none does."""
     held = inside(points, outlines)
     return np.where(held.any(axis=1), held.argmax(axis=1), -1)
 
 
-def _drawn(truth: ComparedState, chance: np.random.Generator, count: int) -> tuple[Floats, Floats]:
-    """Sheet points drawn evenly, those of them that share their place, each with another there; (upper, lower)."""
+def _middles(truth: ComparedState) -> Reals:
+    """(n, 2, 2): for each two faces that overlap, the sheet points of the upper and the lower in the middle of that."""
+    assert truth.folded is not None, "the truth lies somewhere"
+    found = []
+    for upper, lower in np.argwhere(truth.over):
+        common = common_part(truth.folded[list(truth.faces[upper])], truth.folded[list(truth.faces[lower])])
+        if len(common) >= 3:
+            place = common.mean(axis=0) @ [1, 1j]
+            found.append(
+                [
+                    _on_sheet(truth, np.array([place], np.complex128), np.array([face]))[0]
+                    for face in (upper, lower)
+                ]
+            )
+    return np.array(found, float).reshape(-1, 2, 2)
+
+
+def _on_sheet(truth: ComparedState, place: NDArray[np.complex128], face: Places) -> Reals:
+    """(n, 2): the sheet points of faces that lie at places of the folded state."""
+    factors, offsets = truth.motions
+    back = (place - offsets[face]) / factors[face]
+    back = np.where(truth.mirrored[face], back.conj(), back)
+    return np.stack([back.real, back.imag], axis=1)
+
+
+def _drawn(truth: ComparedState, chance: np.random.Generator, count: int) -> Reals:
+    """(n, 2, 2): of sheet points drawn evenly those that share their place, each with another there; upper, lower."""
     points = chance.random((count, 2)) * truth.sheet.max(axis=0)
     own = _face_at(points, [truth.sheet[list(face)] for face in truth.faces])
     points, own = points[own >= 0], own[own >= 0]
@@ -64,19 +92,19 @@ def _drawn(truth: ComparedState, chance: np.random.Generator, count: int) -> tup
     place = factors[own] * np.where(truth.mirrored[own], z.conj(), z) + offsets[own]
     other = _another(truth, place, own, chance)
     points, own, place, other = (each[other >= 0] for each in (points, own, place, other))
-    back = (place - offsets[other]) / factors[other]
-    back = np.where(truth.mirrored[other], back.conj(), back)
-    partners = np.stack([back.real, back.imag], axis=1)
+    partners = _on_sheet(truth, place, other)
     above = truth.over[own, other][:, None]
-    return np.where(above, points, partners), np.where(above, partners, points)
+    return np.stack([np.where(above, points, partners), np.where(above, partners, points)], axis=1)
 
 
-def _another(truth: ComparedState, place: Floats, own: Indices, chance: np.random.Generator) -> Indices:
+def _another(
+    truth: ComparedState, place: NDArray[np.complex128], own: Places, chance: np.random.Generator
+) -> Places:
     """(n,): a face at each place that is ordered against the point's own, drawn evenly; -1 if there is none."""
     assert truth.folded is not None, "the truth lies somewhere"
     there = inside(
         np.stack([place.real, place.imag], axis=1), [truth.folded[list(face)] for face in truth.faces]
     )
-    ordered: Bools = there & (truth.over | truth.over.T)[own]
+    ordered: Flags = there & (truth.over | truth.over.T)[own]
     lot = np.where(ordered, chance.random(ordered.shape), -1.0)
     return np.where(ordered.any(axis=1), lot.argmax(axis=1), -1)

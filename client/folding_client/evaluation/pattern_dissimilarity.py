@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from folding_client.evaluation.compared_state import ComparedState, Floats
+from folding_client.evaluation.compared_state import ComparedState, Reals
 from folding_client.evaluation.evaluation_constants import EvaluationConstants, PatternCosts
 
 QUARTERS = (0, 1, 2, 3)
@@ -28,7 +28,7 @@ def nothing_matched(truth: ComparedState, costs: PatternCosts) -> float:
     return costs.factor * costs.unmatched * (len(truth.creases) + len(truth.sheet))
 
 
-def matching_cost(costs: Floats, unmatched: float) -> float:
+def matching_cost(costs: Reals, unmatched: float) -> float:
     """The least cost of matching rows to columns (n, m), where an item that is left out costs ``unmatched``.
 
     A pair that costs more than both of its items left out is as good as that.
@@ -40,7 +40,7 @@ def matching_cost(costs: Floats, unmatched: float) -> float:
     return float(bounded[rows, columns].sum() + unmatched * abs(costs.shape[0] - costs.shape[1]))
 
 
-def _crease_costs(state: ComparedState, truth: ComparedState, costs: PatternCosts) -> Floats:
+def _crease_costs(state: ComparedState, truth: ComparedState, costs: PatternCosts) -> Reals:
     """(n, m): length difference, angle, distance of the midpoints, letter."""
     one, two = _crease_table(state), _crease_table(truth)
     angle = np.abs(one[:, None, 3] - two[None, :, 3])
@@ -52,7 +52,7 @@ def _crease_costs(state: ComparedState, truth: ComparedState, costs: PatternCost
     return np.asarray(length + angle / costs.right_angle + middle + costs.other_letter * differs)
 
 
-def _crease_table(state: ComparedState) -> Floats:
+def _crease_table(state: ComparedState) -> Reals:
     """(n, 4): middle x, middle y, length, direction in degrees from 0 up to 180, of each crease."""
     ends = state.sheet[state.edges[state.creases]]
     run = ends[:, 1] - ends[:, 0]
@@ -61,7 +61,7 @@ def _crease_table(state: ComparedState) -> Floats:
     return np.stack([middle[:, 0], middle[:, 1], state.lengths[state.creases], direction], axis=1)
 
 
-def _vertex_costs(state: ComparedState, truth: ComparedState) -> Floats:
+def _vertex_costs(state: ComparedState, truth: ComparedState) -> Reals:
     """(n, m): degree difference and distance."""
     apart = state.sheet[:, None] - truth.sheet[None, :]
     return np.asarray(

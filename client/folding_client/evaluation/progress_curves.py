@@ -20,10 +20,12 @@ TITLES: dict[MetricName, str] = {
 }
 """The panels in their order; CV is 0 or 1 and says little as a curve."""
 COLUMNS, WIDTH, HEIGHT = 2, 420, 270
-LEFT, RIGHT, TOP, BOTTOM = 46, 16, 34, 44
+LEFT, RIGHT, TOP, BOTTOM = 46, 24, 34, 44
 """Pixels of a panel, and between its frame and the axes."""
 LEGEND_LINE = 20
-MARGIN = 14
+ABOVE_LEGEND = 14
+LEAST_TOP = 10.0
+"""The lowest end of the axis of CPD, so that next to no dissimilarity looks like it: a vertex unmatched costs 30."""
 STYLE = (
     "text{font-family:system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;font-size:11px;fill:#333}"
     ".title{font-size:12.5px;font-weight:600;fill:#111}.grid{stroke:#e3e3e3}.axis{stroke:#888}"
@@ -55,7 +57,7 @@ class _Scale:
 def curves_svg(curves: Sequence[Curve]) -> str:
     """A drawing with a panel for each metric, a line in it for each model."""
     rows = ceil(len(TITLES) / COLUMNS)
-    legend = MARGIN + LEGEND_LINE * len(curves)
+    legend = ABOVE_LEGEND + LEGEND_LINE * len(curves)
     width, height = COLUMNS * WIDTH, legend + rows * HEIGHT
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" '
@@ -75,7 +77,7 @@ def _look(index: int) -> str:
 
 def _legend(curves: Sequence[Curve]) -> Iterator[str]:
     for index, curve in enumerate(curves):
-        y = MARGIN + LEGEND_LINE * index
+        y = ABOVE_LEGEND + LEGEND_LINE * index
         yield f'<line class="line" x1="{LEFT}" y1="{y}" x2="{LEFT + 26}" y2="{y}" {_look(index)}/>'
         yield f'<text x="{LEFT + 34}" y="{y + 4}">{escape(curve.label)}</text>'
 
@@ -115,7 +117,6 @@ def _top(metric: MetricName, curves: Sequence[Curve]) -> float:
     if metric != "CPD":
         return 1.0
     most = max((each.means.get(metric, 0.0) for curve in curves for each in curve.points), default=0.0)
-    if most <= 0:
-        return 1.0
+    most = max(most, LEAST_TOP)
     power: float = 10.0 ** floor(log10(most))
     return next(step * power for step in (1, 2, 4, 8, 10) if step * power >= most)

@@ -14,9 +14,9 @@ from folding_client.interrupts import UsageError
 from folding_client.record.event_log import read_events
 from folding_client.record.folder import RunFolder
 
-PATTERNS = "patterns.json"
+PATTERNS_FILE = "patterns.json"
 """What a run of the variant vlm-cp keeps: a crease pattern for each frame."""
-DEEPEST = 4
+MOST_LEVELS = 4
 """How far below the folder that is named runs are looked for."""
 
 
@@ -66,7 +66,7 @@ def runs_in(sources: Sequence[Path]) -> list[RecordedRun]:
     return sorted(found, key=lambda run: (run.label, run.sequence, run.path))
 
 
-def _run_folders(source: Path, depth: int = DEEPEST) -> Iterator[Path]:
+def _run_folders(source: Path, depth: int = MOST_LEVELS) -> Iterator[Path]:
     if (source / "run.json").is_file():
         yield source
     elif depth and source.is_dir():
@@ -100,7 +100,7 @@ def recorded_run(folder: Path, path: str) -> RecordedRun:
 
 
 def _patterns(folder: Path) -> tuple[str, ...]:
-    document = _read_json(folder / PATTERNS)
+    document = _read_json(folder / PATTERNS_FILE)
     return tuple(json.dumps(each) for each in document["patterns"]) if document else ()
 
 

@@ -84,4 +84,4 @@ class StateScorer:
         known: Scores = {**compiled, **scores}
         average = (known["TSS"] + known["GS"] + known["CS"] + known["FFS"]) / 4
         known["SIM"] = average
-        return {metric: known[metric] for metric in METRICS}
+        return {metric: float(known[metric]) for metric in METRICS}

@@ -14,10 +14,10 @@ from pydantic import ValidationError
 from folding_client.interrupts import UsageError
 from folding_client.reconstruct import sequence_name
 
-PROGRAM = "program.json"
-STATES = "states"
+PROGRAM_FILE = "program.json"
+STATES_FOLDER = "states"
 """The folder of a sequence with a FOLD file for each frame, ``000001.fold`` and so on; it goes before the program."""
-DERIVATION = "derivation.json"
+DERIVATION_FILE = "derivation.json"
 """The actions of each step beside such states, as far as they are known."""
 
 
@@ -59,7 +59,7 @@ def truths_in(source: Path, names: Sequence[str] = ()) -> dict[str, SequenceTrut
     With ``names`` only those. UsageError if there is none, a name is not there, two have one name, or a file cannot be read.
     """
     if not source.is_dir():
-        message = f"There is no folder {source}; name with --truth a folder of sequences that hold a {PROGRAM}, or of programs."
+        message = f"There is no folder {source}; name with --truth a folder of sequences that hold a {PROGRAM_FILE}, or of programs."
         raise UsageError(message)
     found: dict[str, SequenceTruth] = {}
     for truth in _truths(source):
@@ -71,7 +71,7 @@ def truths_in(source: Path, names: Sequence[str] = ()) -> dict[str, SequenceTrut
         message = f"{source} holds no sequence {missing[0]!r}; it holds {', '.join(sorted(found)) or 'none'}."
         raise UsageError(message)
     if not found:
-        message = f"{source} holds no truth: no folder with a {PROGRAM} or a folder {STATES}, and no program."
+        message = f"{source} holds no truth: no folder with a {PROGRAM_FILE} or a folder {STATES_FOLDER}, and no program."
         raise UsageError(message)
     return {name: found[name] for name in sorted(names or found)}
 
@@ -88,25 +88,25 @@ def _truths(source: Path) -> Iterator[SequenceTruth]:
 
 
 def _is_truth(folder: Path) -> bool:
-    return (folder / PROGRAM).is_file() or (folder / STATES).is_dir()
+    return (folder / PROGRAM_FILE).is_file() or (folder / STATES_FOLDER).is_dir()
 
 
 def _of_folder(folder: Path) -> SequenceTruth:
     name = sequence_name(folder.resolve())
-    files = tuple(sorted((folder / STATES).glob("*.fold")))
+    files = tuple(sorted((folder / STATES_FOLDER).glob("*.fold")))
     if not files:
-        return SequenceTruth(name, _program(folder / PROGRAM, _document(folder / PROGRAM)).steps)
+        return SequenceTruth(name, _program(folder / PROGRAM_FILE, _document(folder / PROGRAM_FILE)).steps)
     return SequenceTruth(name, _derived(folder, len(files) - 1), files)
 
 
 def _derived(folder: Path, count: int) -> tuple[Actions | None, ...]:
     """The actions of ``count`` steps beside states."""
-    if (file := folder / DERIVATION).is_file():
+    if (file := folder / DERIVATION_FILE).is_file():
         steps = [
             None if step.get("actions") is None else Program(steps=(step["actions"],)).steps[0]
             for step in _document(file).get("steps", [])
         ]
-    elif (file := folder / PROGRAM).is_file():
+    elif (file := folder / PROGRAM_FILE).is_file():
         steps = list(_program(file, _document(file)).steps)
     else:
         steps = []

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from folding_client.evaluation.compared_state import ComparedState, Indices
+from folding_client.evaluation.compared_state import ComparedState, Places
 from folding_client.evaluation.pattern_dissimilarity import QUARTERS
 
 
@@ -27,12 +27,12 @@ def _same(state: ComparedState, truth: ComparedState, within: float) -> bool:
     return not (state.over & truth.over[np.ix_(order, order)].T).any()
 
 
-def _matched(state: ComparedState, truth: ComparedState, within: float) -> Indices | None:
+def _matched(state: ComparedState, truth: ComparedState, within: float) -> Places | None:
     """(v,): the true vertex of each vertex; None unless each has one, on the sheet and folded."""
     if len(state.sheet) != len(truth.sheet):
         return None
     apart = np.hypot(*(state.sheet[:, None] - truth.sheet[None, :]).transpose(2, 0, 1))
-    matched: Indices = apart.argmin(axis=1)
+    matched: Places = apart.argmin(axis=1)
     if apart.min(axis=1).max() > within or len(np.unique(matched)) < len(matched):
         return None
     if state.folded is not None and truth.folded is not None:
@@ -42,7 +42,7 @@ def _matched(state: ComparedState, truth: ComparedState, within: float) -> Indic
     return matched
 
 
-def _same_edges(state: ComparedState, truth: ComparedState, matched: Indices) -> bool:
+def _same_edges(state: ComparedState, truth: ComparedState, matched: Places) -> bool:
     ours = {
         frozenset(matched[edge].tolist()): letter
         for edge, letter in zip(state.edges, state.letters, strict=True)

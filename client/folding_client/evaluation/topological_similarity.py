@@ -18,7 +18,7 @@ def topological_parts(
     sides = histogram_similarity(Counter(map(len, state.faces)), Counter(map(len, truth.faces)))
     return {
         "TSS.NV": count_similarity(len(state.sheet), len(truth.sheet), decay),
-        "TSS.EC": (degrees + count_similarity(components(state), components(truth), decay)) / 2,
+        "TSS.EC": (degrees + count_similarity(pieces(state), pieces(truth), decay)) / 2,
         "TSS.FR": (count_similarity(len(state.faces), len(truth.faces), decay) + sides) / 2,
         "TSS.DSC": histogram_similarity(Counter(state.letters), Counter(truth.letters)),
     }
@@ -35,7 +35,7 @@ def topological_similarity(parts: dict[str, float], constants: EvaluationConstan
     )
 
 
-def components(state: ComparedState) -> int:
+def pieces(state: ComparedState) -> int:
     """How many pieces the graph of vertices and edges has."""
     label = np.arange(len(state.sheet))
     for u, v in state.edges:
