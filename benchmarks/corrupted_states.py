@@ -13,12 +13,15 @@ import json
 import random
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from folding_client.evaluation.compared_state import ComparedState, compared_state
+from folding_client.evaluation.evaluation_constants import CONSTANTS
 from folding_client.evaluation.scoring_states import StateScorer, StateScores
+from folding_client.evaluation.state_equality import state_equal
 from folding_schemas.evaluation import METRICS, MetricName
 from folding_schemas.state_measures import StateMeasures
 from folding_server.interchange.programs import load_program
@@ -197,8 +200,29 @@ def corrupted(
             truth = chance.choice(states)
             draft = json.loads(truth.model_dump_json())
             if MISTAKES[mistake](draft, chance):
-                break
-        yield mistake, truth, compared_state(measured_model(stated_model(fold_document(draft))))
+                state = compared_state(measured_model(stated_model(fold_document(draft))))
+                if not is_truth_turned(state, compared_state(truth)):
+                    break
+        yield mistake, truth, state
+
+
+def is_truth_turned(state: ComparedState, truth: ComparedState) -> bool:
+    """Whether a state is the truth turned in the plane: the flaps of a model that looks the same upside down, exchanged, are."""
+    if state.folded is None or truth.folded is None:
+        return False
+    z = state.folded @ [1, 1j]
+    center, wanted = _center(state), _center(truth)
+    turned = [(z - center) * 1j**quarters + wanted for quarters in (1, 2, 3)]
+    return any(
+        state_equal(replace(state, folded=np.stack([w.real, w.imag], axis=1)), truth, CONSTANTS.equal_within)
+        for w in turned
+    )
+
+
+def _center(state: ComparedState) -> complex:
+    """The middle of the bounding box of a folded state."""
+    assert state.folded is not None
+    return complex(*((state.folded.min(axis=0) + state.folded.max(axis=0)) / 2))
 
 
 def told_by(scored: StateScores, own: StateScores) -> set[MetricName]:

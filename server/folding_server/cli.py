@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from folding_server.audit.audit_command import audit
 from folding_server.command_options import (
     Allowed,
     Attempts,
@@ -35,6 +36,7 @@ from folding_server.command_options import (
     file_to_write,
 )
 from folding_server.data_folder import data_folder, folder_for_runs
+from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.store.limits import BUDGET
@@ -298,6 +300,10 @@ def keyframes(
     else:
         typer.echo(f"wrote {len(report.keyframes)} keyframes to {report.folder}")
         typer.echo(f"look them over in {report.contact_sheet}")
+
+
+app.command()(derive)
+app.command()(audit)
 
 
 @app.command()

@@ -1,0 +1,89 @@
+"""Whether a paper is a given state up to where the model lies, and the motion that takes it there."""
+
+from math import hypot
+
+from folding_server.derivation.given_states import NEAR, GivenState
+from folding_server.geometry.convex import area
+from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.line import Point
+from folding_server.simulator import Paper
+
+POSED_WITHIN = 2 * NEAR
+"""Sheet units that a corner may lie off: where a face lies is fitted to rounded corners, and small faces lie far from the fit."""
+
+
+def origins_of(given: GivenState, paper: Paper) -> list[int] | None:
+    """For each given face the face of the paper that it is a part of; None if one is not within a single face."""
+    found = []
+    for outline in given.outlines:
+        center = middle(outline)
+        face = min(paper.faces, key=lambda f: outside(paper.sheet_polygon(f), center))
+        if any(outside(paper.sheet_polygon(face), corner) > NEAR for corner in outline):
+            return None
+        found.append(face)
+    return found
+
+
+def pose_between(paper: Paper, given: GivenState) -> Isometry | None:
+    """The motion of the plane that makes a paper the given state; None if none does.
+
+    The faces are the same, lie alike to each other, and their layers are in the same order, reversed if the model is turned
+    over.
+    """
+    origins = origins_of(given, paper)
+    if origins is None or len(set(origins)) < len(origins) or not _only_slivers(paper, set(origins)):
+        return None
+    pose = given.motions[given.largest].after(paper.isometries[origins[given.largest]].inverse())
+    for outline, motion, face in zip(given.outlines, given.motions, origins, strict=True):
+        moved = pose.after(paper.isometries[face])
+        if moved.mirrors != motion.mirrors or _apart(moved, motion, outline) > POSED_WITHIN:
+            return None
+    for upper, lower in given.over:
+        above = paper.rank[origins[upper]] > paper.rank[origins[lower]]
+        if above == pose.mirrors:
+            return None
+    return pose
+
+
+def _only_slivers(paper: Paper, known: set[int]) -> bool:
+    """Whether all other faces are so thin that a state with three decimals may lack them."""
+    return all(_width(paper.sheet_polygon(face)) <= NEAR for face in paper.faces if face not in known)
+
+
+def _width(outline: list[Point]) -> float:
+    """Area by longest side: the width of a sliver."""
+    longest = max(
+        hypot(p[0] - q[0], p[1] - q[1]) for p, q in zip(outline, (*outline[1:], outline[0]), strict=True)
+    )
+    return abs(area(outline)) / longest
+
+
+def is_still(pose: Isometry, paper: Paper) -> bool:
+    """Whether a motion leaves every vertex of a paper where it is, as far as rounding tells."""
+    return not pose.mirrors and all(
+        hypot(pose(p)[0] - p[0], pose(p)[1] - p[1]) <= POSED_WITHIN
+        for p in paper.folded_vertices_coords.values()
+    )
+
+
+def middle(outline: list[Point]) -> Point:
+    """The mean of the corners."""
+    return sum(x for x, _ in outline) / len(outline), sum(y for _, y in outline) / len(outline)
+
+
+def outside(outline: list[Point], point: Point) -> float:
+    """How far a point is outside a convex outline, negative inside."""
+    way = 1 if area(outline) > 0 else -1
+    worst = -1.0
+    for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
+        length = hypot(bx - ax, by - ay)
+        if length > 0:
+            depth = way * ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / length
+            worst = max(worst, -depth)
+    return worst
+
+
+def _apart(first: Isometry, second: Isometry, outline: list[Point]) -> float:
+    """How far two motions put a corner apart at most."""
+    pairs = ((first(p), second(p)) for p in outline)
+    return max(hypot(p[0] - q[0], p[1] - q[1]) for p, q in pairs)
