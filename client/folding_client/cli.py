@@ -13,6 +13,7 @@ from rich.console import Console
 from folding_client import options
 from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
 from folding_client.critic_accuracy.accuracy import accuracy_lines, critic_accuracy, sequences_with_truth
+from folding_client.data_sets.import_command import import_purelandfold_command
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
 from folding_client.evaluation.evaluate_command import evaluate_command
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
@@ -243,6 +244,7 @@ def critic_accuracy_command(
 
 
 app.command("evaluate")(evaluate_command)
+app.command("import-purelandfold")(import_purelandfold_command)
 
 
 @app.command("models")

@@ -91,8 +91,9 @@ def _drawn(truth: ComparedState, chance: np.random.Generator, count: int) -> Rea
     z = points @ [1, 1j]
     place = factors[own] * np.where(truth.mirrored[own], z.conj(), z) + offsets[own]
     other = _another(truth, place, own, chance)
-    points, own, place, other = (each[other >= 0] for each in (points, own, place, other))
-    partners = _on_sheet(truth, place, other)
+    shared = other >= 0
+    points, own, other = points[shared], own[shared], other[shared]
+    partners = _on_sheet(truth, place[shared], other)
     above = truth.over[own, other][:, None]
     return np.stack([np.where(above, points, partners), np.where(above, partners, points)], axis=1)
 

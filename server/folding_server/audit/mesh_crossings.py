@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from folding_server.arrays import Bools, Floats
+from folding_server.arrays import Bools, Floats, Ints
 from folding_server.audit.mesh_record import Mesh
 from folding_server.simulator.foldability.constraints import Conditions
 
@@ -33,14 +33,14 @@ def piercings(mesh: Mesh) -> Iterator[tuple[int, int]]:
                 yield pair
 
 
-def _triangles(mesh: Mesh) -> tuple[Floats, Sequence[int]]:
+def _triangles(mesh: Mesh) -> tuple[Floats, Ints]:
     """(t, 3, 3) triangles that the faces are cut into, and the face of each."""
     fans = [
         (face, (cycle[0], cycle[i], cycle[i + 1]))
         for face, cycle in enumerate(mesh.faces)
         for i in range(1, len(cycle) - 1)
     ]
-    return mesh.points[[corners for _, corners in fans]], [face for face, _ in fans]
+    return mesh.points[[corners for _, corners in fans]], np.array([face for face, _ in fans])
 
 
 def _pierces(first: Floats, second: Floats, reach: float) -> bool:

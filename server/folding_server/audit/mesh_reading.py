@@ -12,7 +12,7 @@ from folding_server.interchange.fold_frames import FoldFrame, frame_of, read_fra
 from folding_server.measuring.stated_model import stated_model
 from folding_server.typed_text import text_in
 
-ADVICE = "give the path of an OBJ, PLY, GLB or FOLD file"
+MESH_ADVICE = "give the path of an OBJ, PLY, GLB or FOLD file"
 BY_TRIMESH = (".ply", ".glb")
 
 
@@ -20,15 +20,15 @@ def read_mesh(path: Path) -> Mesh:
     """The mesh in a file. FoldingError if it cannot be read or has no faces."""
     match path.suffix.lower():
         case ".obj":
-            mesh = _obj_mesh(text_in(path, ADVICE))
+            mesh = _obj_mesh(text_in(path, MESH_ADVICE))
         case ".fold":
-            mesh = _fold_mesh(text_in(path, ADVICE))
+            mesh = _fold_mesh(text_in(path, MESH_ADVICE))
         case ending if ending in BY_TRIMESH:
             mesh = _trimesh_mesh(path)
         case _:
-            raise FoldingError(f"{path} is no mesh by its name; {ADVICE}.")
+            raise FoldingError(f"{path} is no mesh by its name; {MESH_ADVICE}.")
     if not mesh.faces or mesh.extent <= 0:
-        raise FoldingError(f"{path} holds no faces with an area; {ADVICE}.")
+        raise FoldingError(f"{path} holds no faces with an area; {MESH_ADVICE}.")
     return mesh
 
 
@@ -112,9 +112,9 @@ def _trimesh_mesh(path: Path) -> Mesh:
     try:
         loaded: Any = trimesh.load_mesh(str(path), process=False)
     except OSError as error:
-        raise FoldingError(f"{path} cannot be read ({error.strerror}); {ADVICE}.") from error
+        raise FoldingError(f"{path} cannot be read ({error.strerror}); {MESH_ADVICE}.") from error
     except Exception as error:
-        raise FoldingError(f"{path} cannot be read as a mesh; {ADVICE}.") from error
+        raise FoldingError(f"{path} cannot be read as a mesh; {MESH_ADVICE}.") from error
     texture = getattr(loaded.visual, "uv", None)
     return Mesh(
         np.array(loaded.vertices, float).reshape(-1, 3),

@@ -94,8 +94,8 @@ def welded_numbers(places: Floats, within: float) -> Ints:
     """(n,): the same number for places that lie within a distance of each other, directly or by way of others."""
     import shapely  # noqa: PLC0415  (slow to load)
 
-    tree = shapely.STRtree(shapely.points(places[:, :2]))
-    first, second = tree.query(shapely.points(places[:, :2]), predicate="dwithin", distance=within)
+    seen = np.array([shapely.Point(place[:2]) for place in places])
+    first, second = shapely.STRtree(seen).query(seen, predicate="dwithin", distance=within)
     near = np.abs(places[first] - places[second]).max(axis=1) <= within
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(len(places)))

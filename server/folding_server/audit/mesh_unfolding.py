@@ -11,7 +11,7 @@ from folding_server.arrays import Floats
 from folding_server.audit.mesh_record import Mesh, normal_of
 from folding_server.geometry.graph import edge_of, sides
 
-SQUARE = 1e-2
+SQUARE_WITHIN = 1e-2
 """Share of the side by which an unfolded sheet may be off a square, and of its area that may be missing or covered twice."""
 
 
@@ -116,16 +116,16 @@ def square_misfits(unfolded: UnfoldedMesh, mesh: Mesh) -> Iterator[str]:
     """Why the faces in the plane are not one square, each once."""
     import shapely  # noqa: PLC0415  (slow to load)
 
-    outlines = shapely.polygons([shapely.linearrings(unfolded.places[list(cycle)]) for cycle in mesh.cycles])
-    sheet = shapely.union_all(shapely.buffer(outlines, SQUARE / 20, join_style="mitre"))
+    outlines = np.array([shapely.Polygon(unfolded.places[list(cycle)]) for cycle in mesh.cycles])
+    sheet = shapely.union_all(shapely.buffer(outlines, SQUARE_WITHIN / 20, join_style="mitre"))
     frame = shapely.minimum_rotated_rectangle(sheet)
     corners = shapely.get_coordinates(frame)
     lengths = np.linalg.norm(np.diff(corners[:3], axis=0), axis=1)
-    if abs(lengths[0] - lengths[1]) > 2 * SQUARE * lengths.max():
+    if abs(lengths[0] - lengths[1]) > 2 * SQUARE_WITHIN * lengths.max():
         short, long = sorted(lengths / lengths.max())
         yield f"Unfolded, it is {short:.3g} by {long:.3g}, not a square."
     covered, faces = float(shapely.area(sheet)), float(shapely.area(outlines).sum())
-    if faces > covered * (1 + SQUARE):
+    if faces > covered * (1 + SQUARE_WITHIN):
         yield f"Unfolded, faces cover {faces / covered - 1:.1%} of the sheet twice."
-    if covered < float(shapely.area(frame)) * (1 - 3 * SQUARE):
+    if covered < float(shapely.area(frame)) * (1 - 3 * SQUARE_WITHIN):
         yield f"Unfolded, {1 - covered / float(shapely.area(frame)):.1%} of the square is missing."

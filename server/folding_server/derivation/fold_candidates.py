@@ -14,7 +14,7 @@ from folding_server.simulator import Paper, apply
 
 DENOMINATORS = (2, 3, 4, 5, 6, 8, 10, 16, 20, 50, 100)
 """Of the fractions that a place on an edge is taken for where one is near enough."""
-CONSTRUCTED = tuple(
+FOLDED_FRACTIONS = tuple(
     sorted(
         value
         for root in (sqrt(2) - 1, 1 - sqrt(0.5), sqrt(1 / 3), sqrt(3) - 1, (sqrt(5) - 1) / 2)
@@ -22,7 +22,7 @@ CONSTRUCTED = tuple(
     )
 )
 """Other places that folding gives: by halves and thirds of a right angle, and the golden section."""
-ANCHORED = 0.2
+ANCHORS_APART = 0.2
 """Sheet units between two vertices from which on they give a line better than a crease's own rounded ends do."""
 Prepared = tuple[Actions, Paper, Edge]
 """Vertices added, the paper that has them, and the two through which it is folded."""
@@ -99,7 +99,7 @@ def _anchored(paper: Paper, crease: CreaseOnPaper) -> Iterator[Prepared]:
     if pairs:
         places = paper.folded_vertices_coords
         edge = max(pairs, key=lambda pair: _length((places[pair[0]], places[pair[1]])))
-        if _length((places[edge[0]], places[edge[1]])) > ANCHORED:
+        if _length((places[edge[0]], places[edge[1]])) > ANCHORS_APART:
             yield (), paper, edge
 
 
@@ -200,7 +200,7 @@ def snapped_fraction(value: float, within: float) -> float:
     """The value that folding gives ``within`` reach, the fraction with the smallest denominator first; else four decimals."""
     fractions = [round(value * denominator) / denominator for denominator in DENOMINATORS]
     simple = DENOMINATORS.index(20)
-    near = (*fractions[:simple], *CONSTRUCTED, *fractions[simple:])
+    near = (*fractions[:simple], *FOLDED_FRACTIONS, *fractions[simple:])
     return next((each for each in near if abs(each - value) <= within), round(value, 4))
 
 

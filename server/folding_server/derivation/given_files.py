@@ -9,7 +9,7 @@ from folding_server.errors import FoldingError, ProgramError
 from folding_server.interchange.fold_frames import parse_json_object
 from folding_server.typed_text import text_in
 
-ADVICE = "give a FOLD file with a frame for each state, or a folder with a FOLD file for each"
+STATES_ADVICE = "give a FOLD file with a frame for each state, or a folder with a FOLD file for each"
 STEP_FILES = ("*.fold", "*/cp.fold", "*/*.fold")
 """Where a folder has them: side by side, or each in the folder of its step."""
 
@@ -19,13 +19,13 @@ def given_documents(source: Path) -> list[Mapping[str, Any]]:
     if source.is_dir():
         files = next((found for pattern in STEP_FILES if (found := list(source.glob(pattern)))), [])
         if not files:
-            raise FoldingError(f"{source} holds no FOLD file; {ADVICE}.")
+            raise FoldingError(f"{source} holds no FOLD file; {STATES_ADVICE}.")
         return [_document(file) for file in sorted(files, key=_by_numbers)]
     return documents_of_frames(_document(source))
 
 
 def _document(file: Path) -> Mapping[str, Any]:
-    return parse_json_object(text_in(file, ADVICE), f"file {file.name}")
+    return parse_json_object(text_in(file, STATES_ADVICE), f"file {file.name}")
 
 
 def _by_numbers(file: Path) -> tuple[tuple[int, ...], str]:
@@ -45,7 +45,7 @@ def documents_of_frames(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
             "The FOLD file's file_frames is not a list of frames; give a list of JSON objects."
         )
     key = {name: value for name, value in document.items() if not name.startswith("file_")}
-    frames = [frame for frame in _whole([key, *below]) if "vertices_coords" in frame]
+    frames: list[Mapping[str, Any]] = [each for each in _whole([key, *below]) if "vertices_coords" in each]
     folded = [frame for frame in frames if "foldedForm" in frame.get("frame_classes", [])]
     flat = [frame for frame in frames if frame not in folded]
     if len(folded) == len(flat):

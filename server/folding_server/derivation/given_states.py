@@ -9,17 +9,22 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from folding_server.arrays import Floats, Ints
 from folding_server.errors import ProgramError
 from folding_server.geometry.convex import area
-from folding_server.geometry.isometry import Isometry
+from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 from folding_server.interchange.face_ordering import stacked
-from folding_server.interchange.flat_motions import best_motion, motions_by_folding
+from folding_server.interchange.flat_motions import best_motion
 from folding_server.interchange.fold_reading import FaceOrders
 from folding_server.measuring.stated_model import StatedModel, stated_model
 from folding_server.simulator import Paper
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.foldability.equations import FacePair
+from folding_server.simulator.foldability.face_walk import SharedEdge, faces_isometries
+from folding_server.simulator.foldability.flat_faces import creases_of
 
 ROUNDING = 5e-4
 """Sheet units by which a coordinate with three decimals is off at most."""
@@ -48,6 +53,17 @@ class GivenState:
         return tuple([self.pattern.vertices_coords[v] for v in cycle] for cycle in self.pattern.cycles)
 
     @cached_property
+    def probes(self) -> Floats:
+        """(f + n, 2): the middle of each face, then all corners of the first, of the second, and so on, on the sheet."""
+        middles = [np.mean(outline, axis=0) for outline in self.outlines]
+        return np.array([*middles, *(corner for outline in self.outlines for corner in outline)], float)
+
+    @cached_property
+    def corner_faces(self) -> Ints:
+        """(n,): the face of each corner among the probes."""
+        return np.repeat(np.arange(len(self.outlines)), [len(outline) for outline in self.outlines])
+
+    @cached_property
     def largest(self) -> int:
         """The face with the largest area, which says best how the model lies."""
         return max(range(len(self.outlines)), key=lambda face: abs(area(self.outlines[face])))
@@ -64,7 +80,7 @@ def given_state(source: str | Mapping[str, Any], face_orders: FaceOrders) -> Giv
     model = _on_unit_square(stated_model(source, face_orders))
     pattern = model.pattern
     if model.folded_coords is None:
-        motions = motions_by_folding(pattern)
+        motions = _folded_by_letters(pattern)
     else:
         motions = [
             _motion(i, [pattern.vertices_coords[v] for v in cycle], [model.folded_coords[v] for v in cycle])
@@ -89,6 +105,19 @@ def _motion(face: int, flat: Sequence[Point], folded: Sequence[Point]) -> Isomet
             "folded form and the crease pattern do not belong together."
         )
     return motion
+
+
+def _folded_by_letters(pattern: CreasePattern) -> list[Isometry]:
+    """The motions when every crease but the marks is folded and face 0 stays. What rounding leaves open is left so."""
+    shared = [SharedEdge(c.edge, (c.left, c.right), c.folded) for c in creases_of(pattern)]
+    found = faces_isometries(pattern.vertices_coords, shared)
+    if len(pattern.cycles) == 1:
+        return [IDENTITY]
+    if len(found) < len(pattern.cycles):
+        raise ProgramError(
+            "The faces of the FOLD file are not all joined; only sheets in one piece are read."
+        )
+    return [found[face] for face in range(len(pattern.cycles))]
 
 
 def _on_unit_square(model: StatedModel) -> StatedModel:

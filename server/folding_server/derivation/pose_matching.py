@@ -2,7 +2,10 @@
 
 from math import hypot
 
-from folding_server.derivation.given_states import NEAR, GivenState
+import numpy as np
+
+from folding_server.arrays import Floats
+from folding_server.derivation.given_states import NEAR, ROUNDING, GivenState
 from folding_server.geometry.convex import area
 from folding_server.geometry.isometry import Isometry
 from folding_server.geometry.line import Point
@@ -14,14 +17,13 @@ POSED_WITHIN = 2 * NEAR
 
 def origins_of(given: GivenState, paper: Paper) -> list[int] | None:
     """For each given face the face of the paper that it is a part of; None if one is not within a single face."""
-    found = []
-    for outline in given.outlines:
-        center = middle(outline)
-        face = min(paper.faces, key=lambda f: outside(paper.sheet_polygon(f), center))
-        if any(outside(paper.sheet_polygon(face), corner) > NEAR for corner in outline):
-            return None
-        found.append(face)
-    return found
+    faces = list(paper.faces)
+    beyond = np.array([_outside(np.array(paper.sheet_polygon(face)), given.probes) for face in faces])
+    count = len(given.outlines)
+    nearest = beyond[:, :count].argmin(axis=0)
+    if (beyond[nearest[given.corner_faces], np.arange(count, beyond.shape[1])] > NEAR).any():
+        return None
+    return [faces[index] for index in nearest]
 
 
 def pose_between(paper: Paper, given: GivenState) -> Isometry | None:
@@ -66,21 +68,16 @@ def is_still(pose: Isometry, paper: Paper) -> bool:
     )
 
 
-def middle(outline: list[Point]) -> Point:
-    """The mean of the corners."""
-    return sum(x for x, _ in outline) / len(outline), sum(y for _, y in outline) / len(outline)
-
-
-def outside(outline: list[Point], point: Point) -> float:
-    """How far a point is outside a convex outline, negative inside."""
-    way = 1 if area(outline) > 0 else -1
-    worst = -1.0
-    for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
-        length = hypot(bx - ax, by - ay)
-        if length > 0:
-            depth = way * ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / length
-            worst = max(worst, -depth)
-    return worst
+def _outside(outline: Floats, points: Floats) -> Floats:
+    """(n,): how far points (n, 2) are outside a convex outline (k, 2), negative inside."""
+    run = np.roll(outline, -1, axis=0) - outline
+    turn = np.sign(outline[:, 0] @ np.roll(outline[:, 1], -1) - outline[:, 1] @ np.roll(outline[:, 0], -1))
+    normals = (
+        np.stack([run[:, 1], -run[:, 0]], axis=1)
+        * turn
+        / np.maximum(np.hypot(*run.T), ROUNDING / 100)[:, None]
+    )
+    return np.asarray((points @ normals.T - (outline * normals).sum(axis=1)).max(axis=1))
 
 
 def _apart(first: Isometry, second: Isometry, outline: list[Point]) -> float:

@@ -102,7 +102,8 @@ def _start(first: GivenState) -> tuple[Actions | None, Paper]:
 
 def _with_marks(first: GivenState) -> tuple[Actions, Paper] | None:
     """The sheet with the marks of a flat state, each folded and unfolded; None if one cannot be made so."""
-    paper, actions = new_paper(), ()
+    paper = new_paper()
+    actions: Actions = ()
     if any(motion.mirrors for motion in first.motions[1:]) and not first.motions[0].mirrors:
         return None
     while True:

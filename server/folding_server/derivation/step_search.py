@@ -115,7 +115,7 @@ def _signature(paper: Paper) -> tuple[object, ...]:
         tuple(round(value, 3) + 0.0 for value in first.after(paper.isometries[f]))
         for f in sorted(paper.faces)
     )
-    return len(paper.faces), motions, paper.order, len(paper.vertices_coords)
+    return paper.back_up(paper.order[0]), motions, paper.order, len(paper.vertices_coords)
 
 
 def _posed(paper: Paper, node: _Node, given: GivenState) -> Iterator[Actions]:

@@ -12,6 +12,9 @@ from folding_server.interchange.welding import welded
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.foldability.equations import FacePair
 
+AS_SEEN = (FaceOrders.VIEWER, FaceOrders.REVERSED)
+"""Conventions by which the sign does not depend on how the faces are turned."""
+
 
 @dataclass(frozen=True)
 class StatedModel:
@@ -31,10 +34,12 @@ def stated_model(source: str | Mapping[str, Any], face_orders: FaceOrders = Face
     frames = welded(read_frames(source))
     pattern = read_crease_pattern(source)
     folded = frame_of(frames, "foldedForm")
+    orders = next((frame.face_orders for frame in frames if frame.face_orders), None)
     if folded is None or not _belongs(folded, pattern):
-        return StatedModel(pattern)
+        as_seen = face_orders in AS_SEEN and orders is not None
+        return StatedModel(pattern, None, _over(orders, (), face_orders) if as_seen and orders else None)
     coords = tuple((point[0], point[1]) for point in folded.vertices_coords)
-    orders = next((frame.face_orders for frame in (folded, *frames) if frame.face_orders), None)
+    orders = folded.face_orders or orders
     over = None if orders is None else _over(orders, mirrored_faces(pattern, coords), face_orders)
     return StatedModel(pattern, coords, over)
 
