@@ -33,6 +33,7 @@ NOT_RUN: Mapping[str, str] = {
     r"foldingagent report .*--watch": "goes on until it is ended; a test of the report serves it",
     r"foldingagent study": "needs two folders of completed runs, or the answers of people; the tests of the study make them",
     r".*--model (litellm/|hybrid:)": "needs the key of a provider",
+    r".*import-purelandfold ": "needs a file of the data set; a test of the import makes one",
     r".*--dask ": "needs a cluster; tests of the cluster start one",
     r".*--database postgresql": "needs a PostgreSQL server; tests of the store start one",
     r".*--server-url https://": "needs a server elsewhere",

@@ -162,7 +162,7 @@ class TestParts:
     def test_a_flat_sheet_has_no_layers_to_compare(self) -> None:
         flat = after(Rotate(angle=10))
         assert len(layer_pairs(flat, CONSTANTS).upper) == 0
-        assert layer_agreement(flat, layer_pairs(flat, CONSTANTS)) == 1
+        assert layer_agreement(flat, layer_pairs(flat, CONSTANTS)) == (1, 1)
 
     def test_a_bootstrap_is_the_same_every_time_and_holds_the_mean(self) -> None:
         values = [0.2, 0.9, 0.4, 0.6, 0.95]

@@ -20,6 +20,9 @@ from folding_client.cli import app as client
 from folding_client.cli import main as client_main
 from folding_server.cli import app as server
 from folding_server.cli import main as server_main
+from folding_server.interchange.fold_format import fold_document, fold_text
+from folding_server.interchange.obj import obj_text
+from folding_server.simulator import new_paper
 from paths import ROOT
 from PIL import Image
 from typer.main import get_command
@@ -77,6 +80,9 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
             == 0
         )
         assert finished(["foldingagent", "run", "SEQUENCE", "--out", "RUN"], place, patch) == 0
+    (place / "STATES").mkdir()
+    (place / "STATES" / "1.fold").write_text(fold_text(fold_document(new_paper())))
+    (place / "MESH.obj").write_text(obj_text(new_paper()))
     shutil.copytree(place / "RUN", place / "runs" / "cat-20260101-120000")
     return place
 

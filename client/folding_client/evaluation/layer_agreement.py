@@ -16,10 +16,13 @@ alone.
 
 @dataclass(frozen=True)
 class LayerPairs:
-    """(n, 2) sheet points, and (n, 2) those that lie below them in the folded state."""
+    """(n, 2) sheet points, (n, 2) those that lie below them in the folded state, and (n, 2) whether the back of the sheet is up
+    at the upper and at the lower.
+    """
 
     upper: Reals
     lower: Reals
+    mirrored: Flags
 
 
 def layer_pairs(truth: ComparedState, constants: EvaluationConstants) -> LayerPairs:
@@ -35,20 +38,24 @@ def layer_pairs(truth: ComparedState, constants: EvaluationConstants) -> LayerPa
             break
         found.append(_drawn(truth, chance, constants.layer_pairs))
     pairs = np.concatenate(found)[: max(constants.layer_pairs, len(found[0]))]
-    return LayerPairs(pairs[:, 0], pairs[:, 1])
+    outlines = [truth.sheet[list(face)] for face in truth.faces]
+    faces = np.stack([_face_at(pairs[:, 0], outlines), _face_at(pairs[:, 1], outlines)], axis=1)
+    return LayerPairs(pairs[:, 0], pairs[:, 1], truth.mirrored[faces])
 
 
-def layer_agreement(state: ComparedState, pairs: LayerPairs) -> float:
-    """The share of the pairs whose order is the same in a state; 1 without pairs.
+def layer_agreement(state: ComparedState, pairs: LayerPairs) -> tuple[float, float]:
+    """The share of the points of the pairs that show the same side in a state as in the truth, and the share of the pairs whose
+    order is the same; 1 without pairs.
 
     Points that fall on one face of the state, or on faces that do not overlap, are not in that order.
     """
     if len(pairs.upper) == 0:
-        return 1.0
+        return 1.0, 1.0
     outlines = [state.sheet[list(face)] for face in state.faces]
     upper, lower = _face_at(pairs.upper, outlines), _face_at(pairs.lower, outlines)
     known = (upper >= 0) & (lower >= 0)
-    return float((known & state.over[upper, lower]).mean())
+    sides = np.stack([state.mirrored[upper], state.mirrored[lower]], axis=1) == pairs.mirrored
+    return float((known[:, None] & sides).mean()), float((known & state.over[upper, lower]).mean())
 
 
 def _face_at(points: Reals, outlines: list[Reals]) -> Places:

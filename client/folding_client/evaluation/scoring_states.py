@@ -65,7 +65,7 @@ class StateScorer:
             **geometric_parts(state, self.truth, constants),
             **constraint_parts(state, self.truth, constants),
             "FFS.HD": exp(-constants.distance_decay * distance),
-            "FFS.LCR": max(layer_agreement(state.turned(turn), self._pairs) for turn in turns),
+            "FFS.LCR": max(layer_agreement(state.turned(turn), self._pairs) for turn in turns)[1],
         }
 
     def _folded_scores(self, parts: dict[str, float]) -> Scores:
