@@ -7,7 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 import pytest
-from data_sets import data_set_states
+from data_set_states import data_set_states
 from evaluated import example_program, write_run
 from folding_client.cli import main
 from folding_client.data_sets.importing import write_imported

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from data_sets import data_set_document, data_set_states
+from data_set_states import data_set_document, data_set_states
 from evaluated import EXAMPLES, example_program
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Program, Rotate, Unfold, action_text
 from folding_server.cli import main

@@ -20,6 +20,7 @@ from folding_client.interrupts import ToolRefused, UsageError
 
 Say = Callable[[str], None]
 NOT_SAVED = "the frame is not saved"
+REFUSED = "what was recorded for the frame is refused"
 
 
 async def evaluation(
@@ -118,7 +119,13 @@ class _Evaluating:
     ) -> RunEvaluation:
         states = [] if run is None else await self._run_states(run)
         steps = [
-            _step(frame, truth, scorer, states[frame - 2] if frame - 2 < len(states) else None)
+            _step(
+                frame,
+                truth,
+                scorer,
+                states[frame - 2] if frame - 2 < len(states) else None,
+                saved=run is not None and frame <= run.frames_saved,
+            )
             for frame, scorer in enumerate(scorers, start=2)
         ]
         return _run_evaluation(run, truth, steps)
@@ -136,14 +143,16 @@ class _Evaluating:
         return states
 
 
-def _step(frame: int, truth: SequenceTruth, scorer: StateScorer, state: ComparedState | None) -> StepScores:
+def _step(
+    frame: int, truth: SequenceTruth, scorer: StateScorer, state: ComparedState | None, *, saved: bool
+) -> StepScores:
     found: StateScores = scorer.scored(state)
     return StepScores(
         frame=frame,
         action_class=truth.classes[frame],
-        saved=state is not None,
+        saved=saved,
         equal=found.equal,
-        problem=NOT_SAVED if state is None else state.problem,
+        problem=state.problem if state is not None else REFUSED if saved else NOT_SAVED,
         scores={metric: rounded(value) for metric, value in found.scores.items()},
         parts={name: rounded(value) for name, value in found.parts.items()},
     )

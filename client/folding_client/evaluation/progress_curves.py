@@ -119,4 +119,4 @@ def _top(metric: MetricName, curves: Sequence[Curve]) -> float:
     most = max((each.means.get(metric, 0.0) for curve in curves for each in curve.points), default=0.0)
     most = max(most, LEAST_TOP)
     power: float = 10.0 ** floor(log10(most))
-    return next(step * power for step in (1, 2, 4, 8, 10) if step * power >= most)
+    return next(step * power for step in (1, 1.2, 1.6, 2, 3, 4, 6, 8, 10) if step * power >= most)

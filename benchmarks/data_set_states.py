@@ -1,6 +1,5 @@
 """Sequences in the form of data sets: states of our programs as FOLD files, rounded, re-lettered and renumbered."""
 
-import json
 import random
 from typing import Any
 
@@ -58,7 +57,3 @@ def data_set_states(program: Program, *, posed: bool = True) -> list[dict[str, A
         flips += sum(isinstance(action, Flip) for action in result.actions)
         found.append(data_set_document(result.paper, flipped=flips % 2 == 1, seed=result.step, posed=posed))
     return found
-
-
-def data_set_texts(program: Program) -> list[str]:
-    return [json.dumps(document) for document in data_set_states(program)]
