@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import folding_schemas
+import jsonschema
 import pytest
 from evaluated import example_program, write_run
 from folding_client.cli import main
@@ -212,6 +214,8 @@ def test_a_table_has_what_was_planned_and_the_same_inputs_give_the_same_bytes(
         assert told.out == (out / "evaluation.json").read_text()
         outputs.append([file.read_bytes() for file in sorted(out.iterdir())])
     assert outputs[0] == outputs[1]
+    schema = json.loads((Path(folding_schemas.__file__).parent / "evaluation.schema.json").read_text())
+    jsonschema.validate(json.loads(outputs[0][1]), schema)
     (group,) = json.loads(outputs[0][1])["groups"]
     assert (group["planned"], group["completed"]) == (3, 1)
     assert group["last"]["CV"]["mean"] == pytest.approx(1 / 3, abs=1e-6)

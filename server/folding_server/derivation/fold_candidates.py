@@ -1,12 +1,14 @@
 """Folds and unfolds that bring a paper nearer to a given state, read off the creases that the state has and the paper lacks."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import hypot, sqrt
 
-from folding_schemas.actions import Action, Actions, AddVertex, Direction, Fold, Unfold
+from folding_schemas.actions import Actions, AddVertex, Direction, Fold, Unfold
 
 from folding_server.derivation.given_states import NEAR, ROUNDING, GivenState
+from folding_server.derivation.pose_matching import origins_of, spare_vertices
 from folding_server.errors import ActionRefused
 from folding_server.geometry.graph import Edge, edge_faces, sides
 from folding_server.geometry.line import Line, Point, between, line_through
@@ -62,21 +64,39 @@ def missing_creases(paper: Paper, given: GivenState, origins: Sequence[int]) -> 
 def fold_candidates(
     paper: Paper, given: GivenState, origins: Sequence[int]
 ) -> Iterator[tuple[Actions, Paper]]:
-    """Actions that end in a fold along a crease that the paper lacks, and the paper after them: with ends where they are
-    likely to be meant, and where the rounded state has them.
+    """Actions that end in a fold along a crease that the paper lacks, and the paper after them, all of whose creases the state
+    has.
+
+    Of the ways to make a crease, the first counts that makes no vertex which the state has not; if all do, each counts.
     """
     tried: set[Actions] = set()
     for crease in missing_creases(paper, given, origins):
-        for made, prepared, edge in (*_anchored(paper, crease), *_at_ends(paper, crease)):
-            if (whole := (*made, Fold(edge=edge, direction=1))) in tried:
-                continue
-            tried.add(whole)
-            for direction in DIRECTIONS:
-                fold = Fold(edge=edge, direction=direction)
-                try:
-                    yield (*made, fold), apply(prepared, fold)
-                except ActionRefused:
+        lines = [*_anchored(paper, crease), *_at_ends(paper, crease)]
+        for direction in DIRECTIONS:
+            loose: list[tuple[Actions, Paper]] = []
+            for actions, folded in _folded(lines, direction, tried):
+                if origins_of(given, folded) is None:
                     continue
+                loose.append((actions, folded))
+                if not spare_vertices(given, folded):
+                    loose = loose[-1:]
+                    break
+            yield from loose
+
+
+def _folded(
+    lines: Sequence[Prepared], direction: Direction, tried: set[Actions]
+) -> Iterator[tuple[Actions, Paper]]:
+    """The paper folded along each line that was not tried before, where that is possible."""
+    for made, prepared, edge in lines:
+        fold = Fold(edge=edge, direction=direction)
+        actions = (*made, fold)
+        if actions not in tried:
+            tried.add(actions)
+            with suppress(
+                ActionRefused, ValueError
+            ):  # in papers of rounded states, slivers may have no outline left
+                yield actions, apply(prepared, fold)
 
 
 def _at_ends(paper: Paper, crease: CreaseOnPaper) -> Iterator[Prepared]:
@@ -92,12 +112,11 @@ def _anchored(paper: Paper, crease: CreaseOnPaper) -> Iterator[Prepared]:
 
     A fold through them is exact, where one through rounded ends would pass just beside them.
     """
-    p, q = (paper.isometries[crease.face](end) for end in crease.ends)
-    line = line_through(p, q)
-    on_line = [v for v, place in paper.folded_vertices_coords.items() if abs(line.distance(place)) <= NEAR]
+    motion, places = paper.isometries[crease.face], paper.folded_vertices_coords
+    line = line_through(*map(motion, crease.ends))
+    on_line = [v for v, place in places.items() if abs(line.distance(place)) <= NEAR]
     pairs = [(u, v) for i, u in enumerate(on_line) for v in on_line[i + 1 :]]
     if pairs:
-        places = paper.folded_vertices_coords
         edge = max(pairs, key=lambda pair: _length((places[pair[0]], places[pair[1]])))
         if _length((places[edge[0]], places[edge[1]])) > ANCHORS_APART:
             yield (), paper, edge
@@ -133,23 +152,31 @@ def _flattened(paper: Paper, given: GivenState, origins: Sequence[int]) -> list[
 
 def _ends_on(paper: Paper, crease: CreaseOnPaper, *, snaps: bool) -> Prepared | None:
     """Vertices where the line of a crease leaves its face, made where there are none; with the paper that has them."""
-    line = line_through(*crease.ends)
-    made: list[Action] = []
+    actions: Actions = ()
     vertices: list[int] = []
-    for point in _crossings(paper, crease.face, line, crease.ends):
-        vertex = _vertex_at(paper, crease.face, point)
-        if vertex is None:
-            added = _vertex_to_add(paper, crease.face, point, snaps=snaps)
-            try:
-                paper = apply(paper, added)
-            except ActionRefused:
-                return None
-            made.append(added)
-            vertex = max(paper.vertices_coords)
+    for point in _crossings(paper, crease.face, line_through(*crease.ends), crease.ends):
+        ready = _with_vertex(paper, crease.face, point, snaps=snaps)
+        if ready is None:
+            return None
+        made, paper, vertex = ready
+        actions = (*actions, *made)
         vertices.append(vertex)
     if len(set(vertices)) != 2:
         return None
-    return tuple(made), paper, (vertices[0], vertices[1])
+    return actions, paper, (vertices[0], vertices[1])
+
+
+def _with_vertex(paper: Paper, face: int, point: Point, *, snaps: bool) -> tuple[Actions, Paper, int] | None:
+    """The vertex of a face at a point of its outline, made if there is none; None if it cannot be made."""
+    vertex = _vertex_at(paper, face, point)
+    if vertex is not None:
+        return (), paper, vertex
+    added = _vertex_to_add(paper, face, point, snaps=snaps)
+    try:
+        paper = apply(paper, added)
+    except ActionRefused:
+        return None
+    return (added,), paper, max(paper.vertices_coords)
 
 
 def _crossings(paper: Paper, face: int, line: Line, ends: tuple[Point, Point]) -> list[Point]:

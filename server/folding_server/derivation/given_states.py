@@ -53,6 +53,11 @@ class GivenState:
         return tuple([self.pattern.vertices_coords[v] for v in cycle] for cycle in self.pattern.cycles)
 
     @cached_property
+    def vertices(self) -> Floats:
+        """(v, 2): the vertices on the sheet."""
+        return np.array(self.pattern.vertices_coords, float)
+
+    @cached_property
     def probes(self) -> Floats:
         """(f + n, 2): the middle of each face, then all corners of the first, of the second, and so on, on the sheet."""
         middles = [np.mean(outline, axis=0) for outline in self.outlines]

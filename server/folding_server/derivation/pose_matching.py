@@ -47,6 +47,14 @@ def pose_between(paper: Paper, given: GivenState) -> Isometry | None:
     return pose
 
 
+def spare_vertices(given: GivenState, paper: Paper) -> int:
+    """How many vertices of a paper the given state has not, or has only once where the paper has two."""
+    places = np.array(list(paper.vertices_coords.values()))
+    apart = np.hypot(*(places[:, None] - given.vertices[None, :]).transpose(2, 0, 1))
+    found = apart.argmin(axis=1)[apart.min(axis=1) <= NEAR]
+    return len(places) - len(np.unique(found))
+
+
 def _only_slivers(paper: Paper, known: set[int]) -> bool:
     """Whether all other faces are so thin that a state with three decimals may lack them."""
     return all(_width(paper.sheet_polygon(face)) <= NEAR for face in paper.faces if face not in known)

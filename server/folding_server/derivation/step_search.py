@@ -98,14 +98,14 @@ def _children(node: _Node, given: GivenState) -> Iterator[_Node]:
     origins = origins_of(given, node.paper)
     if origins is None:
         return
-    for candidates in (unfold_candidates, fold_candidates):
-        for actions, folded in candidates(node.paper, given, origins):
-            if origins_of(given, folded) is not None:
-                yield _Node((*node.actions, *actions), folded, node.folds + 1)
+    for actions, folded in (
+        *unfold_candidates(node.paper, given, origins),
+        *fold_candidates(node.paper, given, origins),
+    ):
+        yield _Node((*node.actions, *actions), folded, node.folds + 1)
     behind = apply(node.paper, OTHER_SIDE)
     for actions, folded in fold_candidates(behind, given, origins):
-        if origins_of(given, folded) is not None:
-            yield _Node((*node.actions, OTHER_SIDE, *actions), folded, node.folds + 1)
+        yield _Node((*node.actions, OTHER_SIDE, *actions), folded, node.folds + 1)
 
 
 def _signature(paper: Paper) -> tuple[object, ...]:
