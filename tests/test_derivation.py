@@ -195,6 +195,27 @@ def test_angles_are_taken_for_what_was_meant(angle: float, meant: float) -> None
     assert snapped_angle(angle) == pytest.approx(meant, abs=0.4)
 
 
+def test_slivers_that_rounding_has_closed_are_no_obstacle() -> None:
+    """A fold 0.0003 beside a mark: with three decimals both are one crease."""
+    mark = (
+        AddVertex(edge=(1, 2), position=0.5),
+        AddVertex(edge=(4, 3), position=0.5),
+        Fold(edge=(5, 6), direction=1),
+        Unfold(),
+    )
+    beside = (
+        AddVertex(edge=(1, 5), position=0.9994),
+        AddVertex(edge=(4, 6), position=0.9994),
+        Fold(edge=(7, 8), direction=1),
+    )
+    again = AddVertex(edge=(1, 4), position=0.25), AddVertex(edge=(7, 8), position=0.25)
+    program = Program(steps=(mark, beside, (*again, Fold(edge=(9, 10), direction=-1)), (Flip(axis="x"),)))
+    documents = data_set_states(program)
+    corners = [tuple(point) for point in documents[2]["vertices_coords"]]
+    assert len(set(corners)) < len(corners)
+    assert all(found is not None for found in words(derived(documents)))
+
+
 class TestFiles:
     def documents(self) -> list[dict[str, Any]]:
         return data_set_states(Program(steps=((DIAGONAL,), (Flip(axis="y"),))))

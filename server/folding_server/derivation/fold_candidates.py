@@ -113,7 +113,7 @@ def _anchored(paper: Paper, crease: CreaseOnPaper) -> Iterator[Prepared]:
     A fold through them is exact, where one through rounded ends would pass just beside them.
     """
     motion, places = paper.isometries[crease.face], paper.folded_vertices_coords
-    line = line_through(*map(motion, crease.ends))
+    line = line_through(motion(crease.ends[0]), motion(crease.ends[1]))
     on_line = [v for v, place in places.items() if abs(line.distance(place)) <= NEAR]
     pairs = [(u, v) for i, u in enumerate(on_line) for v in on_line[i + 1 :]]
     if pairs:

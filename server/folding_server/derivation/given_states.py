@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from folding_server.arrays import Floats, Ints
+from folding_server.derivation.slivers import without_slivers
 from folding_server.errors import ProgramError
 from folding_server.geometry.convex import area
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.geometry.line import Point
 from folding_server.interchange.face_ordering import stacked
 from folding_server.interchange.flat_motions import best_motion
+from folding_server.interchange.fold_frames import parse_json_object
 from folding_server.interchange.fold_reading import FaceOrders
 from folding_server.measuring.stated_model import StatedModel, stated_model
 from folding_server.simulator import Paper
@@ -82,7 +84,8 @@ class GivenState:
 
 def given_state(source: str | Mapping[str, Any], face_orders: FaceOrders) -> GivenState:
     """The state in a FOLD file. ProgramError if it cannot be read, or its faces do not lie as rigid bodies."""
-    model = _on_unit_square(stated_model(source, face_orders))
+    document = parse_json_object(source, "FOLD file") if isinstance(source, str) else source
+    model = _on_unit_square(stated_model(without_slivers(document), face_orders))
     pattern = model.pattern
     if model.folded_coords is None:
         motions = _folded_by_letters(pattern)
