@@ -182,10 +182,14 @@ def test_letters_follow_from_the_layers_whatever_the_file_calls_them() -> None:
 
 
 def test_a_state_that_cannot_be_read_is_named_by_its_frame() -> None:
-    documents = data_set_states(Program(steps=((DIAGONAL,),)))
+    documents = data_set_states(Program(steps=((DIAGONAL,), (Flip(axis="x"),))))
     documents[1]["faces_vertices"] = [[0, 1, 99]]
-    with pytest.raises(ProgramError, match=r"^Frame 2: "):
-        derived(documents)
+    sequence = derived(documents)
+    assert words(sequence) == [None, None]
+    assert "the state cannot be read: In frame 0 of the FOLD file" in sequence.steps[0].reason
+    assert [paper is None for paper in sequence.papers] == [False, True, False]
+    with pytest.raises(ProgramError, match=r"^Frame 1: "):
+        derived(documents[1:])
 
 
 @pytest.mark.parametrize(

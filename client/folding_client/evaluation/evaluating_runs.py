@@ -88,34 +88,37 @@ class _Evaluating:
             self._say(f"{name}: {truth.frames} frames evaluated")
         return found
 
-    async def _scorers(self, truth: SequenceTruth) -> list[StateScorer]:
-        """A scorer for each frame from 2 on. UsageError if a true state cannot be made or read."""
+    async def _scorers(self, truth: SequenceTruth) -> dict[int, StateScorer]:
+        """A scorer for each frame from 2 on whose state is known. UsageError if a true state cannot be made or read."""
         try:
             states = await self._true_states(truth)
         except ToolRefused as refusal:
             message = f"The truth of {truth.name} cannot be used: {refusal}"
             raise UsageError(message) from refusal
-        for frame, state in enumerate(states, start=2):
+        for frame, state in states.items():
             if state.folded is None:
                 message = f"The true state of frame {frame} of {truth.name} does not fold: {state.problem}"
                 raise UsageError(message)
             if not state.compiles:
                 self._say(f"{truth.name}: the true state of frame {frame} does not compile: {state.problem}")
-        return [StateScorer(state, self._constants) for state in states]
+        return {frame: StateScorer(state, self._constants) for frame, state in states.items()}
 
-    async def _true_states(self, truth: SequenceTruth) -> list[ComparedState]:
+    async def _true_states(self, truth: SequenceTruth) -> dict[int, ComparedState]:
         if truth.state_files:
-            texts = [file.read_text(encoding="utf-8") for file in truth.state_files[1:]]
-            return [await self._server.of_fold_file(text) for text in texts]
+            return {
+                frame: await self._server.of_fold_file(file.read_text(encoding="utf-8"))
+                for frame, file in truth.state_files.items()
+                if frame > 1
+            }
         steps = [step or () for step in truth.steps]
         states = await self._server.of_steps(steps)
         if len(states) < len(steps):
             message = f"step {len(states) + 1} of its program is refused."
             raise ToolRefused(message)
-        return states
+        return dict(enumerate(states, start=2))
 
     async def _run(
-        self, run: RecordedRun | None, truth: SequenceTruth, scorers: Sequence[StateScorer]
+        self, run: RecordedRun | None, truth: SequenceTruth, scorers: Mapping[int, StateScorer]
     ) -> RunEvaluation:
         states = [] if run is None else await self._run_states(run)
         steps = [
@@ -126,7 +129,7 @@ class _Evaluating:
                 states[frame - 2] if frame - 2 < len(states) else None,
                 saved=run is not None and frame <= run.frames_saved,
             )
-            for frame, scorer in enumerate(scorers, start=2)
+            for frame, scorer in scorers.items()
         ]
         return _run_evaluation(run, truth, steps)
 

@@ -1,8 +1,8 @@
 """What is known of the sequences that were to be reconstructed: folders and files of programs, or of states."""
 
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
@@ -23,14 +23,14 @@ DERIVATION_FILE = "derivation.json"
 
 @dataclass(frozen=True)
 class SequenceTruth:
-    """The true states of a sequence: a program's, or the FOLD files of its frames, from frame 1 on.
+    """The true states of a sequence: a program's, or the FOLD files of its frames. Frames without a file are not scored.
 
     ``steps`` are the actions to each frame from 2 on, None where they are not known.
     """
 
     name: str
     steps: tuple[Actions | None, ...]
-    state_files: tuple[Path, ...] = ()
+    state_files: Mapping[int, Path] = field(default_factory=dict)
 
     @property
     def frames(self) -> int:
@@ -93,10 +93,14 @@ def _is_truth(folder: Path) -> bool:
 
 def _of_folder(folder: Path) -> SequenceTruth:
     name = sequence_name(folder.resolve())
-    files = tuple(sorted((folder / STATES_FOLDER).glob("*.fold")))
+    files = {
+        int(file.stem): file
+        for file in sorted((folder / STATES_FOLDER).glob("*.fold"))
+        if file.stem.isdecimal()
+    }
     if not files:
         return SequenceTruth(name, _program(folder / PROGRAM_FILE, _document(folder / PROGRAM_FILE)).steps)
-    return SequenceTruth(name, _derived(folder, len(files) - 1), files)
+    return SequenceTruth(name, _derived(folder, max(files) - 1), files)
 
 
 def _derived(folder: Path, count: int) -> tuple[Actions | None, ...]:

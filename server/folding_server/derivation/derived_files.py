@@ -23,6 +23,8 @@ def derive_files(source: Path, out: Path, face_orders: FaceOrders, name: str) ->
     try:
         (out / "states").mkdir(parents=True, exist_ok=True)
         for frame, paper in enumerate(derived.papers, start=1):
+            if paper is None:
+                continue
             text = fold_text(fold_document(paper, f"{name}, frame {frame}"))
             (out / "states" / f"{frame:06}.fold").write_text(text, encoding="utf-8")
         (out / "derivation.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")

@@ -17,6 +17,7 @@ from folding_server.interchange.fold_reading import FaceOrders
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.simulator.unfold import unfold
 
+UNREAD = "the state before it cannot be read"
 RESTART = "its vertex ids are those of the state in the file"
 
 
@@ -35,13 +36,14 @@ class SequenceStep:
 
 @dataclass(frozen=True)
 class DerivedSequence:
-    """``papers`` are the state of each frame from 1 on: replayed where its step is derived, else as the file has it.
+    """``papers`` are the state of each frame from 1 on: replayed where its step is derived, else as the file has it, None where
+    that cannot be read.
 
     ``start`` are the actions from a flat, uncreased sheet to frame 1, None if they are not known; ``creases`` how many marks
     frame 1 has.
     """
 
-    papers: tuple[Paper, ...]
+    papers: tuple[Paper | None, ...]
     start: Actions | None
     creases: int
     steps: tuple[SequenceStep, ...]
@@ -59,16 +61,19 @@ class DerivedSequence:
 
 
 def derive_sequence(documents: Sequence[Mapping[str, Any]], face_orders: FaceOrders) -> DerivedSequence:
-    """The steps between the states in FOLD documents, the first of which is the flat sheet. ProgramError names the frame
-    whose state cannot be read.
+    """The steps between the states in FOLD documents, the first of which is the flat sheet. A later state that cannot be read
+    is told as its step's reason. ProgramError if there is none, or the first cannot be read.
     """
     if not documents:
         raise ProgramError(
             "There is no state to derive actions from; name a folder of FOLD files, or one with frames."
         )
-    states = [_state(frame, document, face_orders) for frame, document in enumerate(documents, start=1)]
-    start, paper = _start(states[0])
-    papers, steps = [paper], []
+    states = [_state(document, face_orders) for document in documents]
+    if isinstance(states[0], ProgramError):
+        raise ProgramError(f"Frame 1: {states[0]}")
+    start, first = _start(states[0])
+    papers: list[Paper | None] = [first]
+    steps: list[SequenceStep] = []
     for frame, (before, given) in enumerate(pairwise(states), start=2):
         step, paper = _step(frame, papers[-1], before, given)
         papers.append(paper)
@@ -77,12 +82,13 @@ def derive_sequence(documents: Sequence[Mapping[str, Any]], face_orders: FaceOrd
     return DerivedSequence(tuple(papers), start, creases, tuple(steps))
 
 
-def _state(frame: int, document: Mapping[str, Any], face_orders: FaceOrders) -> GivenState:
+def _state(document: Mapping[str, Any], face_orders: FaceOrders) -> GivenState | ProgramError:
+    """The state in a document, or why it cannot be read."""
     try:
         state = given_state(document, face_orders)
         state.paper()
     except ProgramError as error:
-        raise ProgramError(f"Frame {frame}: {error}") from error
+        return error
     return state
 
 
@@ -104,7 +110,7 @@ def _with_marks(first: GivenState) -> tuple[Actions, Paper] | None:
     """The sheet with the marks of a flat state, each folded and unfolded; None if one cannot be made so."""
     paper = new_paper()
     actions: Actions = ()
-    if any(motion.mirrors for motion in first.motions[1:]) and not first.motions[0].mirrors:
+    if len({motion.mirrors for motion in first.motions}) > 1:
         return None
     while True:
         origins = origins_of(first, paper)
@@ -134,8 +140,14 @@ def _marks(paper: Paper, first: GivenState, origins: list[int]) -> Iterator[tupl
             yield (*done, Unfold()), opened
 
 
-def _step(frame: int, paper: Paper, before: GivenState, given: GivenState) -> tuple[SequenceStep, Paper]:
+def _step(
+    frame: int, paper: Paper | None, before: GivenState | ProgramError, given: GivenState | ProgramError
+) -> tuple[SequenceStep, Paper | None]:
     """A step from the paper so far; if it leads nowhere, from the state in the file."""
+    if isinstance(given, ProgramError):
+        return SequenceStep(frame, None, f"the state cannot be read: {given}", restarted=False), None
+    if paper is None or isinstance(before, ProgramError):
+        return SequenceStep(frame, None, UNREAD, restarted=False), given.paper()
     derived = derive_step(paper, given)
     if derived.actions is not None and derived.paper is not None:
         return SequenceStep(frame, derived.actions, "", restarted=False), derived.paper
