@@ -16,9 +16,11 @@ from folding_server.derivation.sequence_derivation import DerivedSequence, deriv
 from folding_server.derivation.turning import snapped_angle
 from folding_server.errors import ProgramError
 from folding_server.interchange.fold_reading import FaceOrders
-from folding_server.interchange.programs import load_program
+from folding_server.interchange.programs import load_program, load_recorded, resolved
+from folding_server.simulator import apply, new_paper
 from folding_server.simulator.apply import replay
 from paths import ROOT
+from reference import reference_files
 
 PROGRAMS = ROOT / "benchmarks" / "reconstruction" / "programs"
 NOT_DERIVED = {"penguin": 10, "swan": 12, "whale": 8}
@@ -115,6 +117,20 @@ def test_programs_of_books_are_derived(file: Path) -> None:
     odd = [step.frame for step in sequence.steps if step.actions is None or step.restarted]
     assert odd == [step + 1 for step in [NOT_DERIVED.get(file.stem)] if step]
     assert bool(odd) or holds(sequence, documents)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", reference_files("programs/recorded", "*.json"))
+def test_published_results_are_derived(file: Path) -> None:
+    """Each action but an added vertex as a keyframe of its own."""
+    paper, flips = new_paper(), 0
+    documents = [data_set_document(paper, flipped=False, seed=0)]
+    for number, recorded in enumerate(load_recorded(file.read_text(encoding="utf-8")).actions):
+        action = resolved(paper, recorded)
+        paper, flips = apply(paper, action), flips + (action.action == "flip")
+        if action.action != "add_vertex":
+            documents.append(data_set_document(paper, flipped=flips % 2 == 1, seed=number))
+    assert derived(documents).program(file.stem) is not None
 
 
 def test_creases_that_are_there_from_the_start_are_made_first() -> None:
