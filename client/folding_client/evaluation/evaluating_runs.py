@@ -12,7 +12,7 @@ from folding_client.evaluation.compared_state import ComparedState
 from folding_client.evaluation.evaluation_constants import CONSTANTS, EvaluationConstants
 from folding_client.evaluation.grouping import group_evaluation
 from folding_client.evaluation.measuring_server import MeasuringServer, measuring_server
-from folding_client.evaluation.recorded_states import RecordedRun, runs_in
+from folding_client.evaluation.recorded_states import RunToScore, runs_in
 from folding_client.evaluation.score_summaries import rounded
 from folding_client.evaluation.scoring_states import StateScorer, StateScores
 from folding_client.evaluation.sequence_truth import SequenceTruth, truths_in
@@ -73,7 +73,7 @@ class _Evaluating:
         self._say = say
 
     async def evaluated(
-        self, runs: Sequence[RecordedRun], truths: Mapping[str, SequenceTruth]
+        self, runs: Sequence[RunToScore], truths: Mapping[str, SequenceTruth]
     ) -> dict[tuple[str, str], list[RunEvaluation]]:
         """The evaluations by model and variant; what has no run of a sequence has failed it."""
         found: dict[tuple[str, str], list[RunEvaluation]] = {
@@ -118,7 +118,7 @@ class _Evaluating:
         return dict(enumerate(states, start=2))
 
     async def _run(
-        self, run: RecordedRun | None, truth: SequenceTruth, scorers: Mapping[int, StateScorer]
+        self, run: RunToScore | None, truth: SequenceTruth, scorers: Mapping[int, StateScorer]
     ) -> RunEvaluation:
         states = [] if run is None else await self._run_states(run)
         steps = [
@@ -133,7 +133,7 @@ class _Evaluating:
         ]
         return _run_evaluation(run, truth, steps)
 
-    async def _run_states(self, run: RecordedRun) -> list[ComparedState | None]:
+    async def _run_states(self, run: RunToScore) -> list[ComparedState | None]:
         """The state of each saved frame from 2 on; None where what was saved cannot be read."""
         if not run.patterns:
             return list(await self._server.of_steps(run.steps))
@@ -161,7 +161,7 @@ def _step(
     )
 
 
-def _run_evaluation(run: RecordedRun | None, truth: SequenceTruth, steps: list[StepScores]) -> RunEvaluation:
+def _run_evaluation(run: RunToScore | None, truth: SequenceTruth, steps: list[StepScores]) -> RunEvaluation:
     saved = 0 if run is None else run.frames_saved
     return RunEvaluation(
         sequence=truth.name,

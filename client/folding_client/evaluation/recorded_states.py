@@ -21,7 +21,7 @@ MOST_LEVELS = 4
 
 
 @dataclass(frozen=True)
-class RecordedRun:
+class RunToScore:
     """A run's folder as it is evaluated.
 
     ``path`` is how it is called below the folder that was named. ``steps`` are the actions to each saved frame from 2 on;
@@ -53,10 +53,10 @@ class RecordedRun:
         return self.model if self.variant == "agent" else f"{self.model} {self.variant}"
 
 
-def runs_in(sources: Sequence[Path]) -> list[RecordedRun]:
+def runs_in(sources: Sequence[Path]) -> list[RunToScore]:
     """The runs in folders, in order of path. UsageError if there is none."""
     found = [
-        recorded_run(folder, folder.relative_to(source).as_posix() if folder != source else source.name)
+        run_to_score(folder, folder.relative_to(source).as_posix() if folder != source else source.name)
         for source in sources
         for folder in _run_folders(source)
     ]
@@ -75,14 +75,14 @@ def _run_folders(source: Path, depth: int = MOST_LEVELS) -> Iterator[Path]:
                 yield from _run_folders(below, depth - 1)
 
 
-def recorded_run(folder: Path, path: str) -> RecordedRun:
+def run_to_score(folder: Path, path: str) -> RunToScore:
     """The run in a folder. UsageError if its record cannot be read."""
     about = RunFolder(folder).description("models", "settings", "outcome")
     settings = about["settings"]["defaulted"] | about["settings"]["given"]
     outcome, totals = about["outcome"], list(about.get("totals", {}).values())
     costs = [each["cost"] for each in totals if each["cost"] is not None]
     variant = settings.get("variant", "agent") + (" few-shot" if settings.get("few_shot") else "")
-    return RecordedRun(
+    return RunToScore(
         path,
         about["sequence"]["name"],
         about["models"]["agent"],
