@@ -22,11 +22,12 @@ _Out = Annotated[
         "-o",
         metavar="FILE",
         parser=typed_path,
-        help="The sheet to write: by its ending .pdf, .svg or .html.",
+        help="The sheet to write: by its ending .pdf, .svg or .html, or .txt for its words alone.",
     ),
 ]
 _Page = Annotated[Literal["a4", "letter"], typer.Option("--page", help="The size of the pages.")]
 _Columns = Annotated[int, typer.Option(min=2, max=4, metavar="N", help="Columns of steps, 2 to 4.")]
+_Language = Annotated[Literal["en", "de", "ja"], typer.Option(help="The language of the words.")]
 _Photos = Annotated[bool, typer.Option("--photos", help="Put the photo of each state beside its drawing.")]
 
 
@@ -36,6 +37,7 @@ def instructions(
     page: _Page = "a4",
     columns: _Columns = 3,
     photos: _Photos = False,
+    language: _Language = "en",
     data: Data = None,
     database: Database = None,
     sequences: Sequences = None,
@@ -54,7 +56,7 @@ def instructions(
     model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
     lesson = lesson_of(model.program)
     pictures = {} if lesson.refusal or not photos else _jpegs(model.photos())
-    content = sheet_content(lesson, out.suffix, SheetForm(page, columns), pictures)
+    content = sheet_content(lesson, out.suffix, SheetForm(page, columns), pictures, language)
     try:
         out.write_bytes(content)
     except OSError as error:

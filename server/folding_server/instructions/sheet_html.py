@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from html import escape
 
 from folding_server.instructions.sheet_layout import SheetStep
-from folding_server.instructions.sheet_svg import step_drawing_svg
+from folding_server.instructions.sheet_svg import step_svg
 
 STYLE = """
 :root { color-scheme: light; }
@@ -20,7 +20,7 @@ def sheet_html(title: str, steps: Sequence[SheetStep], width: float, language: s
     """The page. ``width`` is that of the steps' drawings in points, ``language`` that of the words."""
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     items = "\n".join(
-        f"<li><figure>{step_drawing_svg(step, width)}<figcaption>{escape(step.text)}</figcaption></figure></li>"
+        f"<li><figure>{step_svg(step, width, with_words=False)}<figcaption>{escape(step.text)}</figcaption></figure></li>"
         for step in steps
     )
     return (

@@ -3,16 +3,15 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from folding_schemas.actions import Flip, Rotate
-
 from folding_server.diagram.palette import colors_of, diagram_colors
 from folding_server.geometry.line import Point
 from folding_server.instructions.ink_colors import printed
 from folding_server.instructions.lettering import broken_lines
 from folding_server.instructions.marks import Drawn, DrawnPath, DrawnPhoto, DrawnText, polyline
 from folding_server.instructions.moves import Lesson
-from folding_server.instructions.step_drawing import StepFrame, base_scale, draw_scene, enlargement, moved_by
-from folding_server.instructions.step_scene import StepScene, finished, scene_of
+from folding_server.instructions.step_drawing import StepFigure, base_scale, draw_scene, enlargement, moved_by
+from folding_server.instructions.step_scene import finished, scene_of
+from folding_server.instructions.symbols import enlarge_sign
 
 PAPER_SIZES = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
 """Width and height in points."""
@@ -21,7 +20,8 @@ TITLE_SIZE, WORDS_SIZE, NUMBER_SIZE, FOOT_SIZE = 16.0, 8.6, 11.0, 8.0
 """Letters in points: none is smaller than 8, so that they can be read in print."""
 LINE_STEP = 1.3
 """Distance between lines of words, in sizes of the letters."""
-TITLE_ROOM, FOOT_ROOM = 34.0, 22.0
+TITLE_ROOM, FOOT_ROOM, HEADROOM = 34.0, 22.0, 17.0
+"""Points for the title, for the page's number, and above a figure for its number and the sign of enlargement."""
 
 
 @dataclass(frozen=True)
@@ -51,23 +51,52 @@ class StepWords:
 
 @dataclass(frozen=True)
 class SheetStep:
-    """A step as it is printed, at (0, 0): ``kind`` is that of its move, or ``finished``."""
+    """A step as it is printed: its number above, its figure, its words in lines. ``kind`` is its move's, or ``finished``."""
 
     number: int
     kind: str
     text: str
-    drawn: tuple[Drawn, ...]
-    height: float
+    figure: StepFigure
+    lines: tuple[str, ...]
+    enlarged: float = 1.0
+
+    @property
+    def own_height(self) -> float:
+        """The height in points of number and figure."""
+        return HEADROOM + self.figure.height
+
+    def drawn(self, height: float, *, with_words: bool = True) -> list[Drawn]:
+        """All of it from (0, 0) on, number and figure in so many points of height, the figure in their middle."""
+        head: list[Drawn] = [
+            DrawnText("number", (0.0, NUMBER_SIZE), f"{self.number}.", NUMBER_SIZE, bold=True)
+        ]
+        if self.enlarged != 1.0:
+            head += enlarge_sign((26.0, 7.5), self.enlarged)
+        down = HEADROOM + (height - self.own_height) / 2
+        words = [
+            DrawnText("words", (0.0, height + WORDS_SIZE * (1.2 + LINE_STEP * i)), line, WORDS_SIZE)
+            for i, line in enumerate(self.lines if with_words else ())
+        ]
+        return [*head, *(moved_by(each, 0.0, down) for each in self.figure.drawn), *words]
 
 
 @dataclass(frozen=True)
 class SheetPage:
-    """A page: its size in points, what stands on it beside the steps, and the steps with their upper left corners."""
+    """A page: its size in points, what stands on it beside the steps, and the steps in their places."""
 
     width: float
     height: float
     drawn: tuple[Drawn, ...]
-    steps: tuple[tuple[Point, SheetStep], ...]
+    steps: tuple["PlacedStep", ...]
+
+
+@dataclass(frozen=True)
+class PlacedStep:
+    """A step with its upper left corner on the page, and the height of number and figure that it shares with its row."""
+
+    at: Point
+    step: SheetStep
+    height: float
 
 
 @dataclass(frozen=True)
@@ -80,7 +109,7 @@ class InstructionSheet:
     @property
     def steps(self) -> list[SheetStep]:
         """The steps in order."""
-        return [step for page in self.pages for _, step in page.steps]
+        return [placed.step for page in self.pages for placed in page.steps]
 
 
 def lay_out(
@@ -110,36 +139,26 @@ def sheet_steps(
     steps, size = list[SheetStep](), 1.0
     for number, (scene, kind, said, frame) in enumerate(zip(scenes, kinds, words, frames, strict=True), 1):
         last, size = size, enlargement(scene, side, size)
-        drawn = draw_scene(
-            scene, inks, _frame(scene, side), size * base_scale(scene.paper, side), size / last
-        )
+        figure = draw_scene(scene, inks, side, size * base_scale(scene.paper, side))
         if frame in photos:
-            box = side + COLUMN_GAP / 2, 0.0, 2 * side + COLUMN_GAP / 2, side
-            drawn.append(DrawnPhoto("photo", box, photos[frame]))
-        steps.append(_step(number, kind, said.text, drawn, _frame(scene, side).height, width))
+            figure = _beside_photo(figure, photos[frame], side)
+        lines = tuple(broken_lines(said.text, WORDS_SIZE, width))
+        steps.append(SheetStep(number, kind, said.text, figure, lines, size / last))
     return steps
 
 
-def _frame(scene: StepScene, side: float) -> StepFrame:
-    return StepFrame(side, isinstance(scene.sign, (Flip, Rotate)))
-
-
-def _step(
-    number: int, kind: str, text: str, drawn: Iterable[Drawn], height: float, width: float
-) -> SheetStep:
-    """A drawing with its number above and its words below."""
-    lines = broken_lines(text, WORDS_SIZE, width)
-    words = [
-        DrawnText("words", (0.0, height + WORDS_SIZE * (1 + LINE_STEP * i)), line, WORDS_SIZE)
-        for i, line in enumerate(lines)
-    ]
-    figure = DrawnText("number", (0.0, NUMBER_SIZE), f"{number}.", NUMBER_SIZE, bold=True)
-    return SheetStep(number, kind, text, (*drawn, figure, *words), height + words_height(len(lines)))
+def _beside_photo(figure: StepFigure, jpeg: bytes, side: float) -> StepFigure:
+    """A figure with a square photo on its right."""
+    left, height = side + COLUMN_GAP / 2, max(figure.height, side)
+    photo = DrawnPhoto("photo", (left, (height - side) / 2, left + side, (height + side) / 2), jpeg)
+    return StepFigure(
+        (*(moved_by(each, 0.0, (height - figure.height) / 2) for each in figure.drawn), photo), height
+    )
 
 
 def words_height(lines: int) -> float:
-    """The height in points of so many lines of words below a drawing."""
-    return WORDS_SIZE * (0.4 + LINE_STEP * lines)
+    """The height in points of so many lines of words below a figure."""
+    return WORDS_SIZE * (0.6 + LINE_STEP * lines)
 
 
 def _pages(title: str, steps: Sequence[SheetStep], form: SheetForm) -> Iterable[SheetPage]:
@@ -147,16 +166,18 @@ def _pages(title: str, steps: Sequence[SheetStep], form: SheetForm) -> Iterable[
     width, height = PAPER_SIZES[form.paper]
     rows = [steps[i : i + form.columns] for i in range(0, len(steps), form.columns)]
     bottom = float("inf") if form.endless else height - MARGIN_POINTS - FOOT_ROOM
-    pages: list[list[tuple[Point, SheetStep]]] = [[]]
+    pages: list[list[PlacedStep]] = [[]]
     y = MARGIN_POINTS + TITLE_ROOM
     for row in rows:
-        tall = max(step.height for step in row)
-        if y + tall > bottom and pages[-1]:
+        tall = max(step.own_height for step in row)
+        full = tall + max(words_height(len(step.lines)) for step in row)
+        if y + full > bottom and pages[-1]:
             pages.append([])
             y = MARGIN_POINTS
         for column, step in enumerate(row):
-            pages[-1].append(((MARGIN_POINTS + column * (form.column_width + COLUMN_GAP), y), step))
-        y += tall + ROW_GAP
+            x = MARGIN_POINTS + column * (form.column_width + COLUMN_GAP)
+            pages[-1].append(PlacedStep((x, y), step, tall))
+        y += full + ROW_GAP
     for number, placed in enumerate(pages, 1):
         tall = y + MARGIN_POINTS + FOOT_ROOM - ROW_GAP if form.endless else height
         yield SheetPage(width, tall, tuple(_around(title, number, len(pages), width, tall)), tuple(placed))
@@ -180,5 +201,5 @@ def _around(title: str, number: int, count: int, width: float, height: float) ->
 def all_drawn(page: SheetPage) -> Iterable[Drawn]:
     """Everything on a page, in the page's own points."""
     yield from page.drawn
-    for (x, y), step in page.steps:
-        yield from (moved_by(each, x, y) for each in step.drawn)
+    for placed in page.steps:
+        yield from (moved_by(each, *placed.at) for each in placed.step.drawn(placed.height))

@@ -2,10 +2,10 @@
 
 import base64
 from collections.abc import Iterable
-from dataclasses import replace
 from html import escape
 
 from folding_server.diagram.svg import svg_text
+from folding_server.geometry.line import Point
 from folding_server.instructions.marks import Drawn, DrawnPath, DrawnPhoto, DrawnText, Segment
 from folding_server.instructions.sheet_layout import InstructionSheet, SheetPage, SheetStep, words_height
 
@@ -26,19 +26,11 @@ def sheet_svg(sheet: InstructionSheet) -> str:
     return _document(width, height, sheet.title, body)
 
 
-def step_svg(step: SheetStep, width: float) -> str:
+def step_svg(step: SheetStep, width: float, *, with_words: bool = True) -> str:
     """One step as a picture of its own, ``width`` points wide."""
-    return _document(width, step.height, f"Step {step.number}. {step.text}", [_group(step, 0.0, 0.0)])
-
-
-def step_drawing_svg(step: SheetStep, width: float) -> str:
-    """The drawing of a step without its words, to stand beside them."""
-    drawn = [each for each in step.drawn if each.kind != "words"]
-    words_below = sum(each.kind == "words" for each in step.drawn)
-    height = step.height - words_height(words_below)
-    return _document(
-        width, height, f"Step {step.number}", [_group(replace(step, drawn=tuple(drawn)), 0.0, 0.0)]
-    )
+    height = step.own_height + (words_height(len(step.lines)) if with_words else 0.0)
+    group = _group(step, (0.0, 0.0), step.own_height, with_words=with_words)
+    return _document(width, height, f"Step {step.number}. {step.text}", [group])
 
 
 def _document(width: float, height: float, title: str, body: Iterable[str]) -> str:
@@ -52,14 +44,13 @@ def _document(width: float, height: float, title: str, body: Iterable[str]) -> s
 def _page_elements(page: SheetPage) -> Iterable[str]:
     yield f'<rect class="page" width="{page.width:.2f}" height="{page.height:.2f}" fill="#ffffff"/>'
     yield from map(svg_element, page.drawn)
-    for (x, y), step in page.steps:
-        yield _group(step, x, y)
+    yield from (_group(placed.step, placed.at, placed.height) for placed in page.steps)
 
 
-def _group(step: SheetStep, x: float, y: float) -> str:
+def _group(step: SheetStep, at: Point, height: float, *, with_words: bool = True) -> str:
     said = f'data-step="{step.number}" data-move="{step.kind}"'
-    drawn = "\n".join(map(svg_element, step.drawn))
-    return f'<g class="step" {said} transform="translate({x:.2f} {y:.2f})">\n{drawn}\n</g>'
+    drawn = "\n".join(map(svg_element, step.drawn(height, with_words=with_words)))
+    return f'<g class="step" {said} transform="translate({at[0]:.2f} {at[1]:.2f})">\n{drawn}\n</g>'
 
 
 def svg_element(drawn: Drawn) -> str:

@@ -21,7 +21,6 @@ from folding_server.instructions.symbols import (
     SIGN_SIZE,
     Arc,
     arrow,
-    enlarge_sign,
     fold_lines,
     reference_dot,
     repeat_sign,
@@ -30,8 +29,6 @@ from folding_server.instructions.symbols import (
 )
 from folding_server.simulator import Paper
 
-HEADROOM = 15.0
-"""Points at the top of a drawing for its number and the sign of enlargement."""
 SIGN_ROOM = 44.0
 """Points below a drawing for the sign of turning over or around."""
 PANEL_BORDER = 2.0
@@ -49,16 +46,11 @@ LETTER_REACHES = (8.0, 11.0, 15.0)
 
 
 @dataclass(frozen=True)
-class StepFrame:
-    """The room for a drawing: a square of ``side`` points, and below it that for a sign if there is one."""
+class StepFigure:
+    """A drawing from (0, 0) on, so many points high."""
 
-    side: float
-    signed: bool = False
-
-    @property
-    def height(self) -> float:
-        """The height in points."""
-        return self.side + (SIGN_ROOM if self.signed else 0.0)
+    drawn: tuple[Drawn, ...]
+    height: float
 
 
 def base_scale(paper: Paper, side: float) -> float:
@@ -69,45 +61,40 @@ def base_scale(paper: Paper, side: float) -> float:
 def enlargement(scene: StepScene, side: float, now: float) -> float:
     """How many times as large a scene is drawn as the flat sheet, if the one before it was drawn ``now`` times as large."""
     xs, ys = zip(*scene.reach, strict=True)
-    extent = max((max(xs) - min(xs)) / side, (max(ys) - min(ys)) / (side - HEADROOM)) * base_scale(
-        scene.paper, side
-    )
+    extent = max((max(xs) - min(xs)) / side, (max(ys) - min(ys)) / side) * base_scale(scene.paper, side)
     fitting = max((f for f in ENLARGEMENTS if f * extent <= FILLED), default=1.0)
     keeps = now <= fitting and (now * extent >= TOO_SMALL or fitting == now)
     return now if keeps else fitting
 
 
-def draw_scene(
-    scene: StepScene, inks: DiagramColors, frame: StepFrame, scale: float, changed: float = 1.0
-) -> list[Drawn]:
-    """The drawing, with its upper left corner at (0, 0). ``changed`` is how much larger than the one before it is drawn.
+def draw_scene(scene: StepScene, inks: DiagramColors, side: float, scale: float) -> StepFigure:
+    """The drawing, ``side`` points wide, and no higher than wide but for the room of a sign.
 
     ``scale`` is in points for each sheet unit; smaller where all of it would not fit.
     """
-    view = View(frame.side, scale, (0.0, 0.0))
+    view = View(side, scale, (0.0, 0.0))
+    room = side - 2 * PANEL_BORDER
     drawn: list[Drawn] = []
     for _ in range(4):
         drawn = _draw(scene, inks, view)
         left, top, right, bottom = bounds_of(drawn)
-        room = frame.side - 2 * PANEL_BORDER, frame.side - HEADROOM - PANEL_BORDER
-        too_large = max((right - left) / room[0], (bottom - top) / room[1])
+        too_large = max(right - left, bottom - top) / room
         if too_large <= 1.0:
             break
-        view = View(frame.side, view.pixels_per_unit / too_large * 0.99, view.center)
+        view = View(side, view.pixels_per_unit / too_large * 0.99, view.center)
     left, top, right, bottom = bounds_of(drawn)
-    dx, dy = (
-        frame.side / 2 - (left + right) / 2,
-        (frame.side + HEADROOM - PANEL_BORDER) / 2 - (top + bottom) / 2,
-    )
+    dx, dy = side / 2 - (left + right) / 2, PANEL_BORDER - top
     drawn = [moved_by(each, dx, dy) for each in drawn]
-    middle = frame.side / 2, frame.side + 0.48 * SIGN_ROOM
+    height = bottom - top + 2 * PANEL_BORDER
+    sign = _sign(scene, (side / 2, height + 0.5 * SIGN_ROOM))
+    return StepFigure((*drawn, *sign), height + (SIGN_ROOM if sign else 0.0))
+
+
+def _sign(scene: StepScene, at: Point) -> list[Drawn]:
+    """The sign of turning the whole model, around a point; nothing if it is not turned."""
     if isinstance(scene.sign, Flip):
-        drawn += turn_over_sign(middle, scene.sign.axis)
-    if isinstance(scene.sign, Rotate):
-        drawn += rotate_sign(middle, scene.sign.angle)
-    if changed != 1.0:
-        drawn += enlarge_sign((22.0, 8.5), changed)
-    return drawn
+        return turn_over_sign(at, scene.sign.axis)
+    return rotate_sign(at, scene.sign.angle) if isinstance(scene.sign, Rotate) else []
 
 
 def moved_by(drawn: Drawn, dx: float, dy: float) -> Drawn:
