@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from folding_server.animation.animate_command import animate
 from folding_server.command_options import (
     Allowed,
     Attempts,
@@ -165,6 +166,7 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
 
 app.command()(install)
 app.command()(instructions)
+app.command()(animate)
 
 
 @app.command()

@@ -27,7 +27,7 @@ _Out = Annotated[
 ]
 _Page = Annotated[Literal["a4", "letter"], typer.Option("--page", help="The size of the pages.")]
 _Columns = Annotated[int, typer.Option(min=2, max=4, metavar="N", help="Columns of steps, 2 to 4.")]
-_Language = Annotated[Literal["en", "de", "ja"], typer.Option(help="The language of the words.")]
+WordsLanguage = Annotated[Literal["en", "de", "ja"], typer.Option(help="The language of the words.")]
 _Photos = Annotated[bool, typer.Option("--photos", help="Put the photo of each state beside its drawing.")]
 
 
@@ -37,7 +37,7 @@ def instructions(
     page: _Page = "a4",
     columns: _Columns = 3,
     photos: _Photos = False,
-    language: _Language = "en",
+    language: WordsLanguage = "en",
     data: Data = None,
     database: Database = None,
     sequences: Sequences = None,

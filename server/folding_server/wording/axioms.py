@@ -10,6 +10,7 @@ import numpy as np
 
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, Point, between, line_through
+from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.wording.landmarks import MEETING, NamedLine
 
 PARALLEL = 1e-6
@@ -18,7 +19,7 @@ PARALLEL = 1e-6
 
 def through_two_points(p: Point, q: Point) -> list[Line]:
     """Axiom 1: the line through two points."""
-    return [line_through(p, q)] if hypot(p[0] - q[0], p[1] - q[1]) > MEETING else []
+    return [line_through(p, q)] if hypot(p[0] - q[0], p[1] - q[1]) > TOLERANCE else []
 
 
 def point_to_point(p: Point, q: Point) -> list[Line]:

@@ -7,7 +7,7 @@ from typing import cast
 from folding_schemas.actions import Action, AddVertex, Direction, Flip, Fold, Rotate, Unfold
 
 from folding_server.errors import ActionRefused, ProgramError
-from folding_server.geometry.graph import edge_of, sides
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.line import Line, Point, between, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.instructions.step_scene import layers_turned
@@ -20,6 +20,7 @@ from folding_server.wording.said import (
     LineKey,
     MarkedPoint,
     OnLine,
+    OnSheet,
     PlaceKey,
     Said,
     SaidFold,
@@ -104,12 +105,25 @@ def refold(paper: Paper, said: Said) -> Folded:
             return _done(paper, (Flip(axis=axis),))
         case SaidTurn(angle=angle):
             return _done(paper, (Rotate(angle=angle),))
+    marked, paper = _marked_on_sheet(paper, said.marks)
+    match said:
         case SaidMarks():
-            return (), paper
+            return marked, paper
         case SaidUnfold():
-            return next(unfoldings(paper, said), None) or _nothing("No crease there is folded.")
+            found = next(unfoldings(paper, said), None) or _nothing("No crease there is folded.")
         case SaidFold():
-            return next(foldings(paper, said), None) or _nothing("The paper cannot be folded so.")
+            found = next(foldings(paper, said), None) or _nothing("The paper cannot be folded so.")
+    return (*marked, *found[0]), found[1]
+
+
+def _marked_on_sheet(paper: Paper, marks: Iterable[MarkedPoint]) -> Folded:
+    """The paper with vertices at the points that are marked on the unfolded sheet, of which each lies on an edge."""
+    actions: list[Action] = []
+    for mark in marks:
+        if isinstance(mark, OnSheet):
+            paper, action, _ = _at_sheet_point((mark.x, mark.y))(paper)
+            actions += [action] if action else []
+    return tuple(actions), paper
 
 
 def _nothing(sentence: str) -> Folded:
@@ -131,7 +145,13 @@ def unfoldings(paper: Paper, said: SaidUnfold) -> Iterator[Folded]:
     places = SaidPlaces(Landmarks(paper), said.marks)
     ends = [places.point(key) for key in said.places]
     coords = paper.folded_vertices_coords
-    for edge, _ in sorted(paper.creases.items(), key=lambda item: -item[1].fold):
+    on_sheet = list(places.on_sheet.values())
+
+    def off(edge: Edge) -> float:
+        """How far from the points of the sheet that are said, if any, the ends of an edge lie on it."""
+        return sum(min(dist(at, paper.vertices_coords[v]) for v in edge) for at in on_sheet)
+
+    for edge in sorted(paper.creases, key=lambda e: (off(e), -paper.creases[e].fold)):
         here = coords[edge[0]], coords[edge[1]]
         if paper.is_folded(edge) and all(min(dist(p, end) for p in here) <= MEETING for end in ends):
             try:

@@ -13,11 +13,11 @@ ALIKE = 10 * TOLERANCE
 """Points of two states in which nobody sees a difference: a sixth of a millimetre on a sheet of 15 cm."""
 
 
-def shift_between(first: Paper, second: Paper) -> Point | None:
+def shift_between(first: Paper, second: Paper, within: float = ALIKE) -> Point | None:
     """By how much the second paper lies elsewhere on the table, if it is otherwise in the same state; None if it is not.
 
     The same faces lie on the sheet, in the same places but for the shift, the same sides up, in the same order where they
-    overlap. Vertices within an edge do not count.
+    overlap. Vertices within an edge do not count. ``within`` is in sheet units.
     """
     twin = _twins(first, second)
     if twin is None:
@@ -31,7 +31,7 @@ def shift_between(first: Paper, second: Paper) -> Point | None:
     for face, other in twin.items():
         for at in first.sheet_polygon(face):
             (x, y), there = first.isometries[face](at), second.isometries[other](at)
-            if dist((x + shift[0], y + shift[1]), there) > ALIKE:
+            if dist((x + shift[0], y + shift[1]), there) > within:
                 return None
     rank = second.rank
     if any(rank[twin[lower]] > rank[twin[upper]] for lower, upper in overlapping_pairs(first)):
