@@ -177,22 +177,35 @@ def simulate(
     cp: Annotated[
         Path | None, file_to_write("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
     ] = None,
+    steps: Annotated[Path | None, file_to_write("all states as the frames of one FOLD file")] = None,
+    obj: Annotated[Path | None, file_to_write("the folded sheet as a mesh, OBJ")] = None,
     svg: Annotated[Path | None, file_to_write("the diagram as SVG")] = None,
     png: Annotated[Path | None, file_to_write("the diagram as PNG")] = None,
     every_step: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),
+        typer.Option(
+            metavar="DIR",
+            parser=typed_path,
+            help="Write state, SVG, PNG, FOLD, .cp, OBJ and new creases of every step.",
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Run a folding program and write what it leads to."""
     from folding_server.interchange.pattern_files import pattern_text
+    from folding_server.interchange.step_files import write_step_files
     from folding_server.simulate import simulate as run
     from folding_server.simulator import folded_state
 
     folding = _program(program)
     paper = run(folding, every_step, say=None if as_json else typer.echo)
-    wanted: dict[ExportFormat, Path | None] = {"fold": fold, "svg": svg, "png": png}
+    wanted: dict[ExportFormat, Path | None] = {
+        "fold": fold,
+        "steps": steps,
+        "obj": obj,
+        "svg": svg,
+        "png": png,
+    }
     written: dict[str, str] = {
         kind: _write(file, _exported(paper, kind, folding)) for kind, file in wanted.items() if file
     }
@@ -201,6 +214,7 @@ def simulate(
     if state:
         written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
+        write_step_files(folding, every_step)
         written["every-step"] = str(every_step)
     if as_json:
         report = {"name": folding.name, "steps": len(folding.steps), "written": written}

@@ -6,7 +6,7 @@ from math import cos, hypot, pi
 
 import numpy as np
 
-from folding_server.animation.film_camera import TILT, FilmCamera, PaintedFace, painted
+from folding_server.animation.film_camera import EYE_TILT, FilmCamera, PaintedFace, painted
 from folding_server.animation.scenes import FilmScene, extent_of, faces_in_space, film_scenes
 from folding_server.arrays import RgbImage
 from folding_server.diagram.palette import DiagramColors, colors_of, diagram_colors
@@ -26,7 +26,7 @@ FRAMING = 0.86
 NEAREST = 2.2
 """A model is shown at most so many times as large as the flat sheet standing on a corner."""
 GROUND, EDGE_INK = (255, 255, 255), (40, 40, 44)
-SHIFT = 4
+CORNER_BITS = 4
 """Bits of a pixel in which OpenCV is given corners."""
 
 
@@ -66,7 +66,7 @@ def film_moments(scenes: Sequence[FilmScene], rate: int) -> Iterator[FilmMoment]
     yield from poster
 
 
-class Film:
+class LessonFilm:
     """A lesson that is painted picture by picture."""
 
     def __init__(self, lesson: Lesson, words: Sequence[str], form: FilmForm) -> None:
@@ -113,7 +113,7 @@ class Film:
         near = NEAREST / hypot(*scene.after.sheet)
         first, last = (min(1 / extent_of(paper), near) for paper in (scene.before, scene.after))
         scale = FRAMING * min(room, width) * (first + (last - first) * part)
-        return FilmCamera(scale, (width / 2, room / 2 + 0.02 * room), TILT[self.form.view])
+        return FilmCamera(scale, (width / 2, room / 2 + 0.02 * room), EYE_TILT[self.form.view])
 
     def _caption(self, number: int | None) -> RgbImage:
         """The words of a move, or the title, as a strip (height, width, 3)."""
@@ -130,14 +130,14 @@ def paint_face(canvas: RgbImage, paper: Paper, face: PaintedFace, inks: DiagramC
     import cv2
 
     fill = _shaded(inks.back if face.back_seen else inks.front, face.light)
-    corners = np.round(face.outline * 2**SHIFT).astype(np.int32)
-    cv2.fillConvexPoly(canvas, corners, fill, cv2.LINE_AA, SHIFT)
+    corners = np.round(face.outline * 2**CORNER_BITS).astype(np.int32)
+    cv2.fillConvexPoly(canvas, corners, fill, cv2.LINE_AA, CORNER_BITS)
     cycle = paper.faces[face.face]
     for i, (u, v) in enumerate(zip(cycle, (*cycle[1:], cycle[0]), strict=True)):
         crease = paper.edge_assignment((u, v) if u < v else (v, u)) == "F"
         ink = _shaded(inks.back if face.back_seen else inks.front, 0.72) if crease else EDGE_INK
-        ends = corners[i], corners[(i + 1) % len(cycle)]
-        cv2.line(canvas, *(tuple(map(int, end)) for end in ends), ink, 1 if crease else 2, cv2.LINE_AA, SHIFT)
+        start, end = (tuple(map(int, corners[k % len(cycle)])) for k in (i, i + 1))
+        cv2.line(canvas, start, end, ink, 1 if crease else 2, cv2.LINE_AA, CORNER_BITS)
 
 
 def _shaded(color: str, light: float) -> tuple[int, int, int]:

@@ -9,7 +9,7 @@ import numpy as np
 from folding_server.animation.scenes import FaceInSpace
 from folding_server.arrays import Floats
 
-TILT = {"straight": 0.0, "tilted": 32.0}
+EYE_TILT = {"straight": 0.0, "tilted": 32.0}
 """Degrees by which the eye is lowered towards the front, by the name of the view."""
 DISTANCE = 5.0
 """Sheet units from the eye to the middle of the paper: near enough for depth, far enough for little distortion."""

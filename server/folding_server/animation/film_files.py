@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from folding_server.animation.film import Film, FilmForm, FilmMoment
+from folding_server.animation.film import FilmForm, FilmMoment, LessonFilm
 from folding_server.animation.film_page import film_page
 from folding_server.arrays import RgbImage
 from folding_server.errors import FoldingError
@@ -37,10 +37,10 @@ def write_film(lesson: Lesson, words: list[str], out: Path, view: str, language:
             out.write_text(film_page(lesson, words, language, view), encoding="utf-8")
         elif ending == ".gif":
             form = replace(GIF_FORM, view=view)
-            _write_gif(out, Film(lesson, words, form).pictures(), form)
+            _write_gif(out, LessonFilm(lesson, words, form).pictures(), form)
         else:
             form = FilmForm(view=view)
-            _write_video(out, Film(lesson, words, form).pictures(), form)
+            _write_video(out, LessonFilm(lesson, words, form).pictures(), form)
     except OSError as error:
         raise FoldingError(
             f"{out} cannot be written ({error.strerror or error}); give another file."
@@ -51,7 +51,9 @@ def poster_png(lesson: Lesson, words: list[str], view: str) -> bytes:
     """The finished model and the title, as the film shows them first."""
     from folding_server.frames.image_files import encode_png
 
-    return encode_png(Film(lesson, words, FilmForm(view=view)).picture(FilmMoment(None, 1.0, None))).data
+    return encode_png(
+        LessonFilm(lesson, words, FilmForm(view=view)).picture(FilmMoment(None, 1.0, None))
+    ).data
 
 
 def _write_video(out: Path, pictures: Iterable[RgbImage], form: FilmForm) -> None:

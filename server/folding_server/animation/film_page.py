@@ -6,7 +6,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from folding_server.animation.film_camera import AMBIENT_PART, DISTANCE, LAYER_SHADE, LIGHT, TILT
+from folding_server.animation.film_camera import AMBIENT_PART, DISTANCE, EYE_TILT, LAYER_SHADE, LIGHT
 from folding_server.animation.scenes import LAYER_GAP, FilmScene, extent_of, film_scenes
 from folding_server.diagram.palette import colors_of, diagram_colors
 from folding_server.geometry.graph import edge_of, sides
@@ -27,7 +27,7 @@ def film_page(lesson: Lesson, words: list[str], language: str, view: str) -> str
         "scenes": [_scene(scene) for scene in film_scenes(lesson)],
         "front": inks.front,
         "back": inks.back,
-        "tilt": TILT[view],
+        "tilt": EYE_TILT[view],
         "distance": DISTANCE,
         "gap": LAYER_GAP,
         "light": list(LIGHT),

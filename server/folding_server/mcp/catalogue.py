@@ -12,6 +12,7 @@ from folding_server.mcp.tools import (
     attempts,
     checkpoints,
     folding,
+    instructions,
     interchange,
     runs,
     verification,
@@ -45,6 +46,8 @@ RECORDS: tuple[ToolRecord, ...] = (
     verification.check_foldability,
     vision.propose_actions,
     interchange.export_state,
+    instructions.get_instructions,
+    instructions.try_program,
     apps.show_model,
 )
 

@@ -11,7 +11,7 @@ from folding_server.geometry.line import Line, Point
 from folding_server.wording.landmarks import MEETING, Landmarks, NamedLine, spot_in_box
 from folding_server.wording.said import InBox, MarkedPoint, OnLine, SaidFold
 
-SQUARE = 1e-3
+RIGHT_ANGLE = 1e-3
 """Lines whose unit normals have no larger product stand at right angles."""
 LETTERS = "ABCDEFGHIJKLMNOP"
 SPOT_DIGITS = 6
@@ -142,7 +142,7 @@ def _is_brought(first: NamedLine, second: NamedLine, line: Line) -> bool:
 
 
 def _square_to(first: Line, second: Line) -> bool:
-    return abs(first.nx * second.nx + first.ny * second.ny) <= SQUARE
+    return abs(first.nx * second.nx + first.ny * second.ny) <= RIGHT_ANGLE
 
 
 def named_or_marked(

@@ -13,7 +13,7 @@ from folding_server.geometry.line import Line, Point, between, line_through
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.wording.landmarks import MEETING, NamedLine
 
-PARALLEL = 1e-6
+SAME_SLANT = 1e-6
 """Two unit normals whose cross product is no larger belong to parallel lines."""
 
 
@@ -36,7 +36,7 @@ def line_to_line(first: Line, second: Line) -> list[Line]:
     """Axiom 3: the lines that bring one line to another: two, or one between parallels."""
     ax, ay, a = first
     bx, by, b = second
-    if abs(ax * by - ay * bx) <= PARALLEL:
+    if abs(ax * by - ay * bx) <= SAME_SLANT:
         sign = 1 if ax * bx + ay * by > 0 else -1
         return [Line(ax, ay, (a + sign * b) / 2)]
     found = []
@@ -88,7 +88,7 @@ def point_to_line_across_line(p: Point, first: Line, second: Line) -> list[Line]
     """Axiom 7: the line at right angles to ``second`` that brings ``p`` to ``first``."""
     dx, dy = -second.ny, second.nx
     slope = first.nx * dx + first.ny * dy
-    if abs(slope) <= PARALLEL:
+    if abs(slope) <= SAME_SLANT:
         return []
     way = -first.distance(p) / slope
     return point_to_point(p, (p[0] + way * dx, p[1] + way * dy))

@@ -15,7 +15,7 @@ from folding_server.simulator import Paper
 
 MEETING = 5 * TOLERANCE
 """Points this near each other are one to the eye, and lines this near one line: matching layers differ by about as much."""
-STANDS_OUT = 20 * TOLERANCE
+CORNER_LEAD = 20 * TOLERANCE
 """A corner is the topmost if it is higher than all others by so much."""
 COMPASS = ("right", "top-right", "top", "top-left", "left", "bottom-left", "bottom", "bottom-right")
 """Directions on the table, each an eighth of a turn further."""
@@ -163,7 +163,7 @@ def _corners(spots: Sequence[Point]) -> dict[str, Point]:
         ahead = sorted(spots, key=lambda spot: -(x * spot[0] + y * spot[1]))
         first = ahead[0]
         lead = [x * spot[0] + y * spot[1] for spot in ahead[:2]]
-        if (len(lead) < 2 or lead[0] - lead[1] > STANDS_OUT) and first not in named.values():
+        if (len(lead) < 2 or lead[0] - lead[1] > CORNER_LEAD) and first not in named.values():
             named[f"corner.{side}"] = first
     return named
 

@@ -223,8 +223,7 @@ def _by_face(paper: Paper, line: Line, *, behind: bool) -> Iterator[Folded]:
     """Folds along a line, each started from another face, the upper faces first."""
     if behind:
         yield from (
-            _turned_back(paper, way)
-            for way in _by_face(apply(paper, BEHIND), _flipped(paper, line), behind=False)
+            _turned_back(way) for way in _by_face(apply(paper, BEHIND), _flipped(paper, line), behind=False)
         )
         return
     for face in reversed(paper.order):
@@ -306,7 +305,7 @@ def _direction(paper: Paper, u: int, v: int, line: Line) -> Direction:
     """The direction of a fold that moves the side of a line's normal."""
     (px, py), (qx, qy) = paper.folded_vertices_coords[u], paper.folded_vertices_coords[v]
     vertical = abs(qx - px) <= TOLERANCE * abs(qy - py)
-    return cast("Direction", 1 if (line.nx if vertical else line.ny) > 0 else -1)
+    return 1 if (line.nx if vertical else line.ny) > 0 else -1
 
 
 def _between_sheet_points(paper: Paper, said: SaidFold, places: SaidPlaces, line: Line) -> list[Folded]:

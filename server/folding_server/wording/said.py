@@ -8,7 +8,6 @@ PlaceKey = str
 """A named point such as ``corner.top``, or ``letter.A``."""
 LineKey = str
 """A named line such as ``edge.top``, or ``edge:FROM:TO`` or ``crease:FROM:TO`` between two named points."""
-SIDES = ("top", "bottom", "left", "right")
 
 
 @dataclass(frozen=True)

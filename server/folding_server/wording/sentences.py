@@ -29,7 +29,7 @@ Language = Literal["en", "de", "ja"]
 Phrase = str | Sequence[str]
 """A phrase that has one form, or two."""
 
-EXACT = 5e-7
+SAID_EXACTLY = 5e-7
 """A number is said as a fraction if it is nearer to it: numbers are said to six decimals."""
 ROUGHLY = 0.004
 """A fraction is told beside a number that is so near to it."""
@@ -135,7 +135,7 @@ class Sentences:
 
     def part(self, part: float) -> str:
         """A part of a length: as a fraction where it is one, else as a number, with a fraction that is near."""
-        exact = _fraction(part, DENOMINATORS, EXACT)
+        exact = _fraction(part, DENOMINATORS, SAID_EXACTLY)
         if exact:
             return exact
         near = _fraction(part, ROUGH_DENOMINATORS, ROUGHLY)
