@@ -38,6 +38,7 @@ from folding_server.data_folder import data_folder, folder_for_runs
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.instructions.instructions_command import instructions
+from folding_server.instructions.practicality_command import practicality
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
@@ -167,6 +168,7 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
 app.command()(install)
 app.command()(instructions)
 app.command()(animate)
+app.command()(practicality)
 
 
 @app.command()

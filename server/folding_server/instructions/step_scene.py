@@ -7,19 +7,22 @@ from math import hypot
 from folding_schemas.actions import Action, Flip, Rotate
 
 from folding_server.geometry.convex import overlap
-from folding_server.geometry.graph import Edge
+from folding_server.geometry.graph import Edge, edge_of, sides
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, Point, between
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.instructions.moves import Move, MoveKind
 from folding_server.photographer.movements import Swing, swing_of
 from folding_server.simulator import Paper
+from folding_server.simulator.state_diff import turned_faces
 
 Stretch = tuple[Point, Point]
 """A straight stretch of the table plane."""
 
 INSET = 0.16
 """How far inside a flap's tip its arrow starts, in parts of the way to the middle of the tip's face."""
+SEEN_BORDER = 10 * TOLERANCE
+"""What lies under the paper by no more than this is seen at its edge."""
 ARROWS: dict[MoveKind, str] = {
     "fold": "valley-arrow",
     "fold-behind": "mountain-arrow",
@@ -88,18 +91,31 @@ def turned_edges(swing: Swing) -> list[Edge]:
 
 
 def _lines(move: Move, swing: Swing) -> dict[str, tuple[Stretch, ...]]:
-    """The line of a fold, and as x-ray lines the creases that open where the paper hides them."""
-    stretches = joined_stretches(swing.line, [_ends(swing, edge) for edge in turned_edges(swing)])
+    """The line of a fold; of an unfolding, as x-ray lines, the edges of its flap that the paper hides."""
     if move.kind == "unfold":
-        hidden = [part for each in stretches for part in hidden_parts(move.before, each, _stands_over(swing))]
+        hidden = hidden_parts(swing.before, _flap_edges(swing), lying_over(swing))
         return {"x-ray-line": tuple(hidden)} if hidden else {}
+    stretches = joined_stretches(swing.line, [_ends(swing, edge) for edge in turned_edges(swing)])
     return {"mountain-line" if move.kind == "fold-behind" else "valley-line": tuple(stretches)}
 
 
-def _stands_over(swing: Swing) -> int:
-    """The height in the stack, before the swing, of the lowest face that moves."""
-    faces = [f for f in swing.before.order if f in {*swing.starts}]
-    return swing.before.rank[faces[0]] if faces else 0
+def _flap_edges(swing: Swing) -> list[Stretch]:
+    """The edges of the part that moves, as they lie before, without the creases that lie flat within it."""
+    paper = swing.paper
+    return [
+        (start(paper.vertices_coords[u]), start(paper.vertices_coords[v]))
+        for face, start in swing.starts.items()
+        for u, v in sides(paper.faces[face])
+        if paper.edge_assignment(edge_of(u, v)) != "F" or edge_of(u, v) in turned_edges(swing)
+    ]
+
+
+def lying_over(swing: Swing) -> list[int]:
+    """The faces, of the paper before, that stay and are higher in the stack than the lowest that moves."""
+    before = swing.before
+    moving = turned_faces(before, swing.paper)
+    lowest = min(before.rank[face] for face in moving)
+    return [face for face in before.order[lowest:] if face not in moving]
 
 
 def _ends(swing: Swing, edge: Edge) -> Stretch:
@@ -127,18 +143,20 @@ def joined_stretches(line: Line, stretches: Iterable[Stretch]) -> list[Stretch]:
     return [(point(first), point(last)) for first, last in joined]
 
 
-def hidden_parts(paper: Paper, stretch: Stretch, height: int) -> list[Stretch]:
-    """The parts of a stretch over which faces lie that are higher in the stack than ``height``."""
+def hidden_parts(paper: Paper, stretches: Iterable[Stretch], over: Iterable[int]) -> list[Stretch]:
+    """The parts of stretches that lie under faces of a paper."""
     import shapely
 
-    over = [shapely.Polygon(paper.polygon(face)) for face in paper.order[height + 1 :]]
-    if not over:
+    cover = shapely.union_all([shapely.Polygon(paper.polygon(face)) for face in over])
+    if cover.is_empty:
         return []
-    covered = shapely.intersection(
-        shapely.LineString(stretch), shapely.buffer(shapely.union_all(over), -5 * TOLERANCE)
-    )
-    pieces = [piece for piece in shapely.get_parts(covered) if piece.length > 20 * TOLERANCE]
-    return [(tuple(piece.coords[0]), tuple(piece.coords[-1])) for piece in pieces]
+    lines = shapely.union_all([shapely.LineString(stretch) for stretch in stretches])
+    covered = shapely.get_parts(shapely.intersection(lines, shapely.buffer(cover, -SEEN_BORDER)))
+    return [
+        (piece.coords[0], piece.coords[-1])
+        for piece in covered
+        if piece.geom_type == "LineString" and piece.length > SEEN_BORDER
+    ]
 
 
 def _way(swing: Swing, kind: str) -> Way:
