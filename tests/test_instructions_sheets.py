@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import shapely
+from commands_here import run_here
 from folding_schemas.actions import Actions, AddVertex, Flip, Fold, Program, Rotate, Unfold
 from folding_server.instructions.marks import DrawnPath, DrawnText, bounds_of
 from folding_server.instructions.moves import Lesson, lesson_of
@@ -18,7 +19,6 @@ from folding_server.instructions.symbols import LINE_INK
 from folding_server.interchange.programs import load_program, load_published
 from folding_server.photographer.movements import swing_of
 from folding_server.wording.sheet_words import lesson_words
-from hosts import server
 from papers import FIGURES
 from paths import EXAMPLES
 
@@ -229,26 +229,24 @@ def test_what_opens_below_other_paper_is_dotted() -> None:
     assert set(lines) == {"x-ray-line"}
 
 
-def test_a_program_that_fails_at_step_5_gives_four_steps_and_says_why(tmp_path: Path) -> None:
+def test_a_program_that_fails_at_step_5_gives_four_steps_and_says_why(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     heart = json.loads((EXAMPLES / "programs" / "heart.json").read_text())
     heart["steps"][4] = [{"action": "fold", "edge": [1, 99], "direction": 1}]
     program, sheet = tmp_path / "bad.json", tmp_path / "bad.svg"
     program.write_text(json.dumps(heart))
-    done = server("instructions", program, "-o", sheet)
-    assert done.returncode == 1
-    assert (
-        "Step 5, action 1" in done.stderr
-        and "no vertex 99" in done.stderr
-        and "\n" not in done.stderr.strip()
-    )
+    done = run_here(capsys, "instructions", program, "-o", sheet)
+    assert done.code == 1
+    assert "Step 5, action 1" in done.err and "no vertex 99" in done.err and "\n" not in done.err.strip()
     kinds = [kind for kind, _, _ in symbols_in(sheet.read_text())]
     assert kinds == ["rotate", "fold-and-unfold", "fold", "finished"]
 
 
-def test_other_endings_are_refused_in_a_sentence(tmp_path: Path) -> None:
-    done = server("instructions", EXAMPLES / "programs" / "cat.json", "-o", tmp_path / "cat.docx")
-    assert done.returncode == 1
-    assert "'.docx'" in done.stderr and ".pdf" in done.stderr
+def test_other_endings_are_refused_in_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    done = run_here(capsys, "instructions", EXAMPLES / "programs" / "cat.json", "-o", tmp_path / "cat.docx")
+    assert done.code == 1
+    assert "'.docx'" in done.err and ".pdf" in done.err
 
 
 def test_a_pdf_holds_its_pages_as_vectors_with_its_fonts_in_it() -> None:
@@ -261,14 +259,14 @@ def test_a_pdf_holds_its_pages_as_vectors_with_its_fonts_in_it() -> None:
 
 
 @pytest.mark.slow
-def test_photos_stand_beside_their_drawings(tmp_path: Path) -> None:
+def test_photos_stand_beside_their_drawings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = tmp_path / "run"
     run.mkdir()
     program = load_program((EXAMPLES / "cat" / "program.json").read_text())
     (run / "program.json").write_text((EXAMPLES / "cat" / "program.json").read_text())
     (run / "run.json").write_text(json.dumps({"sequence": {"folder": str(EXAMPLES / "cat")}}))
-    done = server("instructions", run, "-o", tmp_path / "cat.svg", "--photos", "--columns", "2")
-    assert done.returncode == 0, done.stderr
+    done = run_here(capsys, "instructions", run, "-o", tmp_path / "cat.svg", "--photos", "--columns", "2")
+    assert done.code == 0, done.err
     drawn = (tmp_path / "cat.svg").read_text()
     assert drawn.count("<image") == len(symbols_in(drawn)) <= len(program.steps) + 1
 

@@ -1,12 +1,13 @@
 """What to say of each move of a lesson, so that whoever folds what is said has the same paper.
 
 Sayings are tried from the plainest on: a corner to a corner, an edge to a crease, the other axioms among named places, points
-marked at fractions, and at last points of the sheet. Each is folded on the paper that the sayings before it lead to, and the
-first is taken that leads to the state of the program.
+marked at fractions, and at last points of the sheet. Each is read back from its English words and folded on the paper that the
+sayings before it lead to, and the first is taken that leads to the state of the program.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import islice
 from math import dist
 
@@ -20,12 +21,19 @@ from folding_server.photographer.movements import Swing, swing_of
 from folding_server.simulator import Paper, new_paper
 from folding_server.wording.alignments import LETTERS, by_marks, by_names, named_or_marked, rounded, side_of
 from folding_server.wording.landmarks import Landmarks
+from folding_server.wording.reading import read_line
 from folding_server.wording.refolding import SaidPlaces, refold
 from folding_server.wording.said import OnSheet, Said, SaidFold, SaidMarks, SaidTurn, SaidTurnOver, SaidUnfold
 from folding_server.wording.same_state import ALIKE, shift_between
+from folding_server.wording.sentences import Sentences
 
 MOST_TRIED = 40
 """So many sayings of a fold are tried by names before points are marked for it."""
+
+
+@cache
+def _english() -> Sentences:
+    return Sentences("en")
 
 
 @dataclass(frozen=True)
@@ -80,11 +88,12 @@ def say_move(move: Move, paper: Paper, care: Care = CARES[0]) -> SaidMove:
     tried: Iterator[Said] = iter(()) if shift is None else _sayings(move, paper, shift, care)
     for said in tried:
         try:
-            _, after = refold(paper, said)
+            heard = read_line(_english().say(said))
+            _, after = refold(paper, heard or said)
         except FoldingError:
             continue
         if shift_between(move.after, after, care.within) is not None:
-            return SaidMove(said, paper, after)
+            return SaidMove(heard or said, paper, after)
     return SaidMove(SaidMarks(), move.base, move.after, exact=False)
 
 
