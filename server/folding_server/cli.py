@@ -42,6 +42,7 @@ from folding_server.instructions.practicality_command import practicality
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
+from folding_server.wording.refold_command import refold
 from folding_server.workers.job_queue import WAITING
 
 if TYPE_CHECKING:
@@ -169,6 +170,7 @@ app.command()(install)
 app.command()(instructions)
 app.command()(animate)
 app.command()(practicality)
+app.command()(refold)
 
 
 @app.command()

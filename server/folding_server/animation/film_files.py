@@ -57,6 +57,7 @@ def poster_png(lesson: Lesson, words: list[str], view: str) -> bytes:
 
 
 def _write_video(out: Path, pictures: Iterable[RgbImage], form: FilmForm) -> None:
+    """A picture that stays is written once, and shown until the next: half of all do."""
     try:
         import av
     except ModuleNotFoundError as error:
@@ -71,10 +72,12 @@ def _write_video(out: Path, pictures: Iterable[RgbImage], form: FilmForm) -> Non
         last: RgbImage | None = None
         for count, picture in enumerate(pictures):
             if picture is not last:
-                frame = av.VideoFrame.from_ndarray(picture, "rgb24").reformat(format="yuv420p")
+                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+                frame.pts, frame.time_base = count, Fraction(1, form.rate)
+                container.mux(stream.encode(frame))
                 last = picture
-            frame.pts, frame.time_base = count, Fraction(1, form.rate)
-            container.mux(stream.encode(frame))
+        frame.pts = count  # the last picture again: it is shown to the end
+        container.mux(stream.encode(frame))
         container.mux(stream.encode())
 
 
