@@ -37,7 +37,7 @@ def broken_lines(text: str, size: float, width: float) -> list[str]:
     return [line.rstrip() for line in lines]
 
 
-NEVER_FIRST = "、。」°"
+NEVER_FIRST = "、。」°\uff09\uff1a"
 """Signs of Japanese that may not begin a line."""
 
 

@@ -23,7 +23,6 @@ from folding_server.instructions.symbols import (
     arrow,
     fold_lines,
     reference_dot,
-    repeat_sign,
     rotate_sign,
     turn_over_sign,
 )
@@ -34,7 +33,7 @@ SIGN_ROOM = 44.0
 PANEL_BORDER = 2.0
 PAPER_PART = 0.74
 """The part of a drawing's side that the diagonal of the flat sheet takes, at the scale that a sheet starts with."""
-ENLARGEMENTS = (1.0, 1.4, 2.0, 2.8, 4.0, 5.6)
+ENLARGEMENTS = (1.0, 1.4, 1.8, 2.4, 3.2, 4.5, 6.0)
 TOO_SMALL = 0.5
 """A model is drawn larger when it takes less than this part of the room."""
 FILLED = 0.86
@@ -118,7 +117,7 @@ def moved_by(drawn: Drawn, dx: float, dy: float) -> Drawn:
 
 def _draw(scene: StepScene, inks: DiagramColors, view: View) -> list[Drawn]:
     drawn = drawn_paper(scene.paper, inks, view)
-    outline = bounds_of(drawn)
+    outline, edges = bounds_of(drawn), _edge_points(drawn)
     for kind, stretches in scene.lines.items():
         drawn += fold_lines(kind, [view.pixels(stretch) for stretch in stretches])
     arcs: list[Arc] = []
@@ -126,8 +125,6 @@ def _draw(scene: StepScene, inks: DiagramColors, view: View) -> list[Drawn]:
         start, end = view.pixels((way.start, way.end))
         arcs.append(_arc(start, end, outline))
         drawn += arrow(way.kind, arcs[-1])
-    if len(scene.ways) > 1:
-        drawn += repeat_sign(arcs[0], len(scene.ways) - 1)
     dots = view.pixels(scene.dots)
     drawn += [reference_dot(at) for at in dots]
     lines = [view.pixels(stretch) for stretches in scene.lines.values() for stretch in stretches]
@@ -138,7 +135,7 @@ def _draw(scene: StepScene, inks: DiagramColors, view: View) -> list[Drawn]:
     )
     named = {letter: view.pixel(at) for letter, at in scene.letters.items()}
     drawn += [_spot(at) for letter, at in named.items() if not _near(at, dots)]
-    return drawn + _letters(named, ink, outline)
+    return drawn + _letters(named, ink, edges, outline)
 
 
 def drawn_paper(paper: Paper, inks: DiagramColors, view: View) -> list[Drawn]:
@@ -202,8 +199,10 @@ def _spot(at: Point) -> Drawn:
     return DrawnPath("spot", polyline(corners), LINE_INK, LINE_INK, 0.3, (), closed=True)
 
 
-def _letters(named: dict[str, Point], ink: Sequence[Point], outline: Box) -> list[Drawn]:
-    """Each letter beside its point, where it lies over least ink and nearest."""
+def _letters(
+    named: dict[str, Point], ink: Sequence[Point], edges: Sequence[Point], outline: Box
+) -> list[Drawn]:
+    """Each letter beside its point, where it lies over least ink, over few edges of the paper, and nearest."""
     taken = [*ink, *named.values()]
     middle = (outline[0] + outline[2]) / 2, (outline[1] + outline[3]) / 2
     drawn: list[Drawn] = []
@@ -213,7 +212,7 @@ def _letters(named: dict[str, Point], ink: Sequence[Point], outline: Box) -> lis
             for reach in LETTER_REACHES
             for i in range(16)
         ]
-        best = min(spots, key=lambda spot: _cost(spot, at, taken, middle))
+        best = min(spots, key=lambda spot: _cost(spot, at, taken, middle) + 4 * _under(spot, edges))
         taken += [(best[0] + dx, best[1] + dy) for dx in (-3, 0, 3) for dy in (-3, 0, 3)]
         place = best[0], best[1] + 0.36 * SIGN_SIZE
         drawn.append(DrawnText("letter", place, letter, SIGN_SIZE, bold=True, anchor="middle"))
@@ -222,6 +221,21 @@ def _letters(named: dict[str, Point], ink: Sequence[Point], outline: Box) -> lis
 
 def _cost(spot: Point, at: Point, taken: Iterable[Point], middle: Point) -> float:
     """What a letter's place costs: ink under it, distance from its point, and lying inwards."""
-    under = sum(abs(x - spot[0]) < 5.2 and abs(y - spot[1]) < 6.0 for x, y in taken)
     inwards = hypot(spot[0] - middle[0], spot[1] - middle[1]) < hypot(at[0] - middle[0], at[1] - middle[1])
-    return 20 * under + hypot(spot[0] - at[0], spot[1] - at[1]) + 2 * inwards
+    return 20 * _under(spot, taken) + hypot(spot[0] - at[0], spot[1] - at[1]) + 2 * inwards
+
+
+def _under(spot: Point, points: Iterable[Point]) -> int:
+    """How many points lie under a letter."""
+    return sum(abs(x - spot[0]) < 5.2 and abs(y - spot[1]) < 6.0 for x, y in points)
+
+
+def _edge_points(drawn: Iterable[Drawn]) -> list[Point]:
+    """Points along the edges of the drawn paper, close enough to be found under letters."""
+    lines = [
+        segment
+        for each in drawn
+        if isinstance(each, DrawnPath) and each.kind == "edge"
+        for segment in each.segments
+    ]
+    return [point for line in lines if len(line) == 2 for point in _sampled(line)]

@@ -44,8 +44,7 @@ class Way:
 class StepScene:
     """A drawing: ``lines`` by their kind, ``ways`` of flaps, ``dots`` and ``letters`` at points that are to be met or named.
 
-    ``sign`` is the turn or the turning over of the whole; ``reach`` the corners of all that the drawing has to have room for;
-    ``repeats`` says how often the move of the first way is repeated.
+    ``sign`` is the turn or the turning over of the whole; ``reach`` the corners of all that the drawing has to have room for.
     """
 
     paper: Paper

@@ -114,22 +114,6 @@ def _head(style: str, tip: Point, back: Point, length: float) -> Drawn:
     )
 
 
-def repeat_sign(arc: Arc, times: int) -> list[Drawn]:
-    """Strokes across an arrow: so many times is what it shows to be repeated."""
-    drawn: list[Drawn] = []
-    for i in range(times):
-        part = 0.42 + 0.07 * i
-        (x, y), (ahead_x, ahead_y) = arc.at(part), arc.at(part + 0.02)
-        angle = atan2(ahead_y - y, ahead_x - x) + pi / 2.6
-        dx, dy = 4.2 * cos(angle), 4.2 * sin(angle)
-        drawn.append(
-            DrawnPath(
-                "repeat-sign", polyline([(x - dx, y - dy), (x + dx, y + dy)]), LINE_INK, None, ARROW_WIDTH
-            )
-        )
-    return drawn
-
-
 def reference_dot(at: Point) -> Drawn:
     """A small circle around a point that is to be met."""
     return DrawnPath("reference-dot", circle(at, 2.3), LINE_INK, WHITE, 0.8, (), closed=True)
