@@ -92,7 +92,7 @@ def test_the_command_writes_them(tmp_path: Path, capsys: pytest.CaptureFixture[s
         capsys,
         "simulate",
         CUP,
-        "--every-step",
+        "--step-files",
         tmp_path / "steps",
         "--steps",
         tmp_path / "all.fold",
@@ -100,7 +100,7 @@ def test_the_command_writes_them(tmp_path: Path, capsys: pytest.CaptureFixture[s
         tmp_path / "cup.obj",
     )
     assert done.code == 0, done.err
-    assert (tmp_path / "steps" / "step_007.cp").is_file() and (tmp_path / "steps" / "step_007.png").is_file()
+    assert (tmp_path / "steps" / "step_007.cp").is_file()
     assert json.loads((tmp_path / "all.fold").read_text())["file_classes"] == ["diagrams"]
     assert (tmp_path / "cup.obj").read_text().startswith("# flat-folded sheet")
 

@@ -19,15 +19,18 @@ from folding_server.command_options import (
     Attempts,
     Data,
     Database,
+    EveryStep,
     Http,
     Json,
     KnownAs,
     Limit,
+    ModelSource,
     OutFolder,
     ProgramFile,
     ReadOnly,
     Sequences,
     ShowVersion,
+    StepFiles,
     TokenFile,
     ToolsOffered,
     VisionQueue,
@@ -185,14 +188,8 @@ def simulate(
     obj: Annotated[Path | None, file_to_write("the folded sheet as a mesh, OBJ")] = None,
     svg: Annotated[Path | None, file_to_write("the diagram as SVG")] = None,
     png: Annotated[Path | None, file_to_write("the diagram as PNG")] = None,
-    every_step: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            parser=typed_path,
-            help="Write state, SVG, PNG, FOLD, .cp, OBJ and new creases of every step.",
-        ),
-    ] = None,
+    every_step: EveryStep = None,
+    step_files: StepFiles = None,
     as_json: Json = False,
 ) -> None:
     """Run a folding program and write what it leads to."""
@@ -218,8 +215,10 @@ def simulate(
     if state:
         written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
-        write_step_files(folding, every_step)
         written["every-step"] = str(every_step)
+    if step_files:
+        write_step_files(folding, step_files)
+        written["step-files"] = str(step_files)
     if as_json:
         report = {"name": folding.name, "steps": len(folding.steps), "written": written}
         _print_json({**report, "state": folded_state(paper).model_dump(mode="json")})
@@ -321,12 +320,7 @@ def keyframes(
 
 @app.command()
 def view(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
-        ),
-    ],
+    source: ModelSource,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", parser=typed_path, help="Write one HTML file instead."),

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from folding_server.command_options import Data, Database, Sequences
-from folding_server.instructions.instructions_command import ModelSource, WordsLanguage
+from folding_server.command_options import Data, Database, ModelSource, Sequences
+from folding_server.instructions.instructions_command import WordsLanguage
 from folding_server.typed_path import typed_path
 
 _Out = Annotated[

@@ -6,15 +6,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from folding_server.command_options import Data, Database, Sequences
+from folding_server.command_options import Data, Database, ModelSource, Sequences
 from folding_server.typed_path import typed_path
 
-ModelSource = Annotated[
-    str,
-    typer.Argument(
-        metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
-    ),
-]
 _Out = Annotated[
     Path,
     typer.Option(

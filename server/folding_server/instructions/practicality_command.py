@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from folding_server.command_options import Data, Database, Json
-from folding_server.instructions.instructions_command import ModelSource
+from folding_server.command_options import Data, Database, Json, ModelSource
 
 if TYPE_CHECKING:
     from folding_server.instructions.practicality import CornerError, FoldDemand, PaperStock
