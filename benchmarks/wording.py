@@ -16,11 +16,12 @@ from random import Random
 
 from folding_schemas.actions import Action, Program
 from folding_server.errors import ActionRefused
-from folding_server.instructions.moves import lesson_of
+from folding_server.instructions.moves import Lesson, lesson_of
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.wording.describing import SaidMove, say
 from folding_server.wording.reading import read_line
 from folding_server.wording.refolding import refold
+from folding_server.wording.repeats import with_repeats
 from folding_server.wording.said import OnSheet, SaidFold
 from folding_server.wording.same_state import shift_between
 from folding_server.wording.sentences import Sentences
@@ -57,10 +58,10 @@ def followed(plan: Plan, paper: Paper) -> tuple[Paper, tuple[Action, ...]]:
     return paper, tuple(done)
 
 
-def refolded(told: list[SaidMove], program: Program) -> Iterator[bool]:
+def refolded(told: list[SaidMove], lesson: Lesson) -> Iterator[bool]:
     """For each move whether the paper folded from its words is in the state of the program."""
-    paper = new_paper(program.sheet)
-    for move, said in zip(lesson_of(program).moves, told, strict=True):
+    paper = new_paper(lesson.program.sheet)
+    for move, said in zip(lesson.moves, told, strict=True):
         read = read_line(Sentences("en").say(said.said))
         assert read is not None
         _, paper = refold(paper, read)
@@ -70,16 +71,18 @@ def refolded(told: list[SaidMove], program: Program) -> Iterator[bool]:
 def is_refolded(program: Program) -> tuple[bool, Counter[str]]:
     """Whether a program is the same when it is folded from its words, and what was counted on the way."""
     counts: Counter[str] = Counter()
-    told = say(lesson_of(program))
+    lesson = with_repeats(lesson_of(program))
+    told = say(lesson)
     counts["moves"] = len(told)
     for each in told:
         if isinstance(each.said, SaidFold):
             counts[f"axiom {each.said.axiom}"] += 1
+            counts["repeated"] += each.said.repeat
             counts["marked_on_sheet"] += any(isinstance(mark, OnSheet) for mark in each.said.marks)
         counts["said_otherwise"] += not each.exact
     if counts["said_otherwise"]:
         return False, counts
-    right = all(refolded(told, program))
+    right = all(refolded(told, lesson))
     counts["refolded_otherwise"] += not right
     return right, counts
 

@@ -3,6 +3,7 @@
 import json
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
 from math import dist
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from folding_server.instructions.step_scene import flap_tip, scene_of
 from folding_server.instructions.symbols import LINE_INK
 from folding_server.interchange.programs import load_program, load_published
 from folding_server.photographer.movements import swing_of
+from folding_server.wording.repeats import with_repeats
 from folding_server.wording.sheet_words import lesson_words
 from papers import FIGURES
 from paths import EXAMPLES
@@ -70,6 +72,11 @@ def lesson_in(path: Path) -> Lesson:
     return lesson_of(load_published(path.read_text(encoding="utf-8")).program)
 
 
+def sheets_in(path: Path) -> list[Lesson]:
+    """A lesson fold by fold, and with repeats."""
+    return [lesson_in(path), with_repeats(lesson_in(path))]
+
+
 def sheet_of(lesson: Lesson, columns: int = 3) -> InstructionSheet:
     return lay_out(lesson, lesson_words(lesson), SheetForm(columns=columns))
 
@@ -118,6 +125,17 @@ def test_the_symbols_of_a_sheet_are_the_actions_of_its_program(path: Path) -> No
     assert [symbols for _, symbols, _ in shown] == [SYMBOLS[kind] for kind, _, _ in shown]
 
 
+def test_a_repeated_fold_has_a_stroke_through_its_arrow_and_an_arrow_on_the_other_side() -> None:
+    cat = lesson_in(EXAMPLES / "programs" / "cat.json")
+    svg = sheet_content(with_repeats(cat), ".svg", SheetForm(), {}).decode()
+    groups = [group for group in ET.fromstring(svg).iter(f"{SVG}g") if group.get("class") == "step"]
+    counts = [Counter(each.get("class") for each in group) for group in groups]
+    folds = [count["valley-arrow"] for count in counts]
+    assert folds == [0, 1, 0, 2, 1, 0, 0]
+    assert [count["repeat-sign"] for count in counts] == [0, 0, 0, 1, 0, 0, 0]
+    assert sum(folds) == sum(kind == "fold" for kind, _ in expected(cat.program))
+
+
 def test_every_kind_of_move_has_its_symbols() -> None:
     program = Program(steps=CORNERS_BEHIND)
     shown = symbols_in(sheet_content(lesson_of(program), ".svg", SheetForm(), {}).decode())
@@ -150,8 +168,7 @@ def test_an_arrow_starts_on_the_flap_that_moves_and_ends_where_it_lands(path: Pa
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
 def test_nothing_is_clipped_and_all_text_is_at_least_8_points(path: Path, columns: int) -> None:
     form = SheetForm("letter", columns)
-    sheet = lay_out(lesson_in(path), lesson_words(lesson_in(path)), form)
-    for page in sheet.pages:
+    for page in (page for each in sheets_in(path) for page in lay_out(each, lesson_words(each), form).pages):
         left, top, right, bottom = bounds_of(all_drawn(page))
         assert left >= 36 and top >= 30 and right <= page.width - 30 and bottom <= page.height - 30
         assert min(each.size for each in all_drawn(page) if isinstance(each, DrawnText)) >= 8
@@ -164,7 +181,7 @@ def test_nothing_is_clipped_and_all_text_is_at_least_8_points(path: Path, column
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
 def test_arrows_cross_no_letter_and_letters_lie_apart(path: Path) -> None:
-    for step in sheet_of(lesson_in(path)).steps:
+    for step in (step for each in sheets_in(path) for step in sheet_of(each).steps):
         letters = [
             shapely.box(*bounds_of([each]))
             for each in step.figure.drawn

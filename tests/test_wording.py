@@ -6,7 +6,7 @@ from pathlib import Path
 from string import Formatter
 
 import pytest
-from folding_schemas.actions import Program
+from folding_schemas.actions import Actions, AddVertex, Fold, Program
 from folding_server.errors import ProgramError
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, line_through
@@ -17,6 +17,7 @@ from folding_server.wording import axioms
 from folding_server.wording.describing import say
 from folding_server.wording.landmarks import Landmarks
 from folding_server.wording.reading import program_in_words, read_line
+from folding_server.wording.repeats import with_repeats
 from folding_server.wording.same_state import shift_between
 from folding_server.wording.sentences import messages
 from folding_server.wording.sheet_words import lesson_words, numbered_lines
@@ -38,10 +39,12 @@ def program_at(path: Path) -> Program:
     return load_published(path.read_text(encoding="utf-8")).program
 
 
+@pytest.mark.parametrize("repeats", [False, True], ids=["one by one", "with repeats"])
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
-def test_a_program_folded_from_its_words_ends_in_the_same_state(path: Path) -> None:
+def test_a_program_folded_from_its_words_ends_in_the_same_state(path: Path, *, repeats: bool) -> None:
     program = program_at(path)
-    text = numbered_lines(lesson_words(lesson_of(program)))
+    lesson = lesson_of(program)
+    text = numbered_lines(lesson_words(with_repeats(lesson) if repeats else lesson))
     again = program_in_words(text, sheet=program.sheet)
     assert shift_between(states(program)[-1], states(again)[-1]) is not None
 
@@ -51,6 +54,36 @@ def test_a_fold_behind_and_an_unfolding_are_read_back() -> None:
     text = numbered_lines(lesson_words(lesson_of(program)))
     assert "behind the model" in text and "Crease sharply; unfold." in text
     assert shift_between(states(program)[-1], states(program_in_words(text))[-1]) is not None
+
+
+def test_the_second_ear_of_the_cat_is_a_repetition_of_the_first() -> None:
+    lesson = with_repeats(lesson_of(program_at(EXAMPLES / "programs" / "cat.json")))
+    assert [move.repeat is not None for move in lesson.moves] == [False, False, False, True, False, False]
+    assert "Repeat on the other side." in lesson_words(lesson)[3].text
+
+
+def test_a_fold_is_no_repetition_of_one_that_is_not_its_mirror_image() -> None:
+    def corner(position: float) -> Actions:
+        """Fold down the upper right corner, marked at a part of the two edges from it."""
+        return (
+            AddVertex(edge=(2, 5), position=position),
+            AddVertex(edge=(2, 3), position=0.75 * position),
+            Fold(edge=(7, 8), direction=1),
+        )
+
+    left: Actions = (
+        AddVertex(edge=(1, 2), position=0.25),
+        AddVertex(edge=(1, 4), position=0.25),
+        Fold(edge=(5, 6), direction=1),
+    )
+    found = [
+        [
+            move.repeat is not None
+            for move in with_repeats(lesson_of(Program(steps=(left, corner(part))))).moves
+        ]
+        for part in (1 / 3, 0.3)
+    ]
+    assert found == [[True], [False, False]]
 
 
 def test_random_programs_are_refolded_from_their_words() -> None:

@@ -43,12 +43,13 @@ def instructions(
     from folding_server.instructions.sheet_files import sheet_content
     from folding_server.instructions.sheet_layout import SheetForm
     from folding_server.view.model_source import StoredRuns, open_model
+    from folding_server.wording.repeats import with_repeats
 
     def tell(sentence: str) -> None:
         typer.echo(sentence, err=True)
 
     model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
-    lesson = lesson_of(model.program)
+    lesson = with_repeats(lesson_of(model.program))
     pictures = {} if lesson.refusal or not photos else _jpegs(model.photos())
     content = sheet_content(lesson, out.suffix, SheetForm(page, columns), pictures, language)
     try:

@@ -23,7 +23,8 @@ MoveKind = Literal["fold", "fold-behind", "fold-and-unfold", "unfold", "turn-ove
 class Move:
     """One move: ``base`` is the paper before it, ``before`` that with the points marked for it, ``after`` the paper after it.
 
-    ``turned`` is the paper as the action left it: of a fold that is undone at once, while it is folded.
+    ``turned`` is the paper as the action left it: of a fold that is undone at once, while it is folded. ``repeat`` is the same fold
+    on the other side, if it is told as one with it; ``after`` then is the paper after both.
     """
 
     kind: MoveKind
@@ -34,6 +35,7 @@ class Move:
     before: Paper
     turned: Paper
     after: Paper
+    repeat: "Move | None" = None
 
 
 @dataclass(frozen=True)

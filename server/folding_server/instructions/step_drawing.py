@@ -23,6 +23,7 @@ from folding_server.instructions.symbols import (
     arrow,
     fold_lines,
     reference_dot,
+    repeat_sign,
     rotate_sign,
     turn_over_sign,
 )
@@ -125,6 +126,8 @@ def _draw(scene: StepScene, inks: DiagramColors, view: View) -> list[Drawn]:
         start, end = view.pixels((way.start, way.end))
         arcs.append(_arc(start, end, outline))
         drawn += arrow(way.kind, arcs[-1])
+    if len(arcs) > 1:
+        drawn += repeat_sign(arcs[0])
     dots = view.pixels(scene.dots)
     drawn += [reference_dot(at) for at in dots]
     lines = [view.pixels(stretch) for stretches in scene.lines.values() for stretch in stretches]

@@ -42,7 +42,7 @@ class Way:
 
 @dataclass(frozen=True)
 class StepScene:
-    """A drawing: ``lines`` by their kind, ``ways`` of flaps, ``dots`` and ``letters`` at points that are to be met or named.
+    """A drawing: ``lines`` by their kind, ``ways`` of flaps (those after the first repeat it), ``dots`` and ``letters`` at points that are to be met or named.
 
     ``sign`` is the turn or the turning over of the whole; ``reach`` the corners of all that the drawing has to have room for.
     """
@@ -70,9 +70,14 @@ def scene_of(move: Move, letters: Mapping[str, Point] | None = None, dots: Seque
             reach=corners,
         )
     swing = swing_of(move.action, paper, move.turned)
-    way = _way(swing, ARROWS[move.kind])
+    ways, lines = [_way(swing, ARROWS[move.kind])], _lines(move, swing)
     reach = (*corners, *move.turned.folded_vertices_coords.values())
-    return StepScene(paper, _lines(move, swing), (way,), tuple(dots), named, None, reach)
+    if move.repeat is not None:
+        again = scene_of(move.repeat)
+        ways += again.ways
+        lines = {kind: (*stretches, *again.lines.get(kind, ())) for kind, stretches in lines.items()}
+        reach = (*reach, *again.reach)
+    return StepScene(paper, lines, tuple(ways), tuple(dots), named, None, reach)
 
 
 def finished(paper: Paper) -> StepScene:

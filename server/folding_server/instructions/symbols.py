@@ -114,6 +114,16 @@ def _head(style: str, tip: Point, back: Point, length: float) -> Drawn:
     )
 
 
+def repeat_sign(arc: Arc) -> list[Drawn]:
+    """A stroke across an arrow: what it shows is repeated, once."""
+    (x, y), (ahead_x, ahead_y) = arc.at(0.42), arc.at(0.44)
+    angle = atan2(ahead_y - y, ahead_x - x) + pi / 2.6
+    dx, dy = 4.2 * cos(angle), 4.2 * sin(angle)
+    return [
+        DrawnPath("repeat-sign", polyline([(x - dx, y - dy), (x + dx, y + dy)]), LINE_INK, None, ARROW_WIDTH)
+    ]
+
+
 def reference_dot(at: Point) -> Drawn:
     """A small circle around a point that is to be met."""
     return DrawnPath("reference-dot", circle(at, 2.3), LINE_INK, WHITE, 0.8, (), closed=True)

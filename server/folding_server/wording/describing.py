@@ -158,7 +158,8 @@ def _fold_by_letter(move: Move) -> SaidFold:
 def _completed(said: SaidFold, move: Move, swing: Swing) -> SaidFold:
     """A saying with the layers of the fold, and whether it goes behind or is opened again."""
     behind, unfold = move.kind == "fold-behind", move.kind == "fold-and-unfold"
-    return replace(said, layers=layers_turned(swing), of=layers_there(swing), behind=behind, unfold=unfold)
+    counted = replace(said, layers=layers_turned(swing), of=layers_there(swing))
+    return replace(counted, behind=behind, unfold=unfold, repeat=move.repeat is not None)
 
 
 def _on_sheet(letter: str, paper: Paper, vertex: int) -> OnSheet:

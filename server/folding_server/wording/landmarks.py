@@ -71,6 +71,11 @@ class Landmarks:
         xs, ys = zip(*self.spots, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
+    @property
+    def middle(self) -> float:
+        """How far to the right the middle of the box lies."""
+        return (self.box[0][0] + self.box[1][0]) / 2
+
     @cached_property
     def straight(self) -> list[NamedLine]:
         """All edges and creases, those along one line as one, the longest first."""

@@ -56,6 +56,8 @@ def read_line(line: str) -> Said | None:
             marks.append(mark)
         elif sentence == messages("en")["unfold"] and isinstance(said, SaidFold):
             said = _with(said, unfold=True)
+        elif sentence == messages("en")["repeat"] and isinstance(said, SaidFold):
+            said = _with(said, repeat=True)
         elif not any(_found(messages("en")[kind], sentence) is not None for kind in IGNORED):
             said = _said(sentence)
     if marks and said is None:

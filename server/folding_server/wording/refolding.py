@@ -187,9 +187,46 @@ def _foldings(paper: Paper, said: SaidFold) -> Iterator[Folded]:
             paper, towards, behind=said.behind
         )
         for actions, folded in ways:
-            swing = swing_of(actions[-1], paper, folded)
-            if layers_turned(swing) == said.layers and _moves(swing, brought):
-                yield actions, folded
+            if _folds_so(paper, folded, actions, said, brought):
+                yield from (
+                    _repeated(actions, folded, said, towards, brought, places)
+                    if said.repeat
+                    else [(actions, folded)]
+                )
+
+
+def _folds_so(
+    paper: Paper, folded: Paper, actions: Sequence[Action], said: SaidFold, brought: Sequence[Point]
+) -> bool:
+    """Whether a fold goes through as many layers as are said, and moves what is said to be brought somewhere."""
+    swing = swing_of(actions[-1], paper, folded)
+    return layers_turned(swing) == said.layers and _moves(swing, brought)
+
+
+def _repeated(
+    actions: tuple[Action, ...],
+    folded: Paper,
+    said: SaidFold,
+    line: Line,
+    brought: Sequence[Point],
+    places: SaidPlaces,
+) -> Iterator[Folded]:
+    """The same on the other side, of the model as it was before."""
+    middle = places.landmarks.middle
+    other, points = mirrored_line(line, middle), [mirrored_point(at, middle) for at in brought]
+    for more, after in _by_face(folded, other, behind=said.behind):
+        if _folds_so(folded, after, more, said, points):
+            yield (*actions, *more), after
+
+
+def mirrored_line(line: Line, middle: float) -> Line:
+    """A line with left and right swapped about an upright line at ``middle``."""
+    return Line(-line.nx, line.ny, line.offset - 2 * middle * line.nx)
+
+
+def mirrored_point(point: Point, middle: float) -> Point:
+    """A point with left and right swapped about an upright line at ``middle``."""
+    return 2 * middle - point[0], point[1]
 
 
 def _brought(said: SaidFold, points: Sequence[Point], places: SaidPlaces) -> list[Point]:
@@ -236,7 +273,7 @@ def _by_face(paper: Paper, line: Line, *, behind: bool) -> Iterator[Folded]:
 
 def _flipped(paper: Paper, line: Line) -> Line:
     """A line as it lies after the model was turned over sideways."""
-    return Line(-line.nx, line.ny, line.offset - line.nx * paper.sheet[0])
+    return mirrored_line(line, paper.sheet[0] / 2)
 
 
 def _turned_back(way: Folded) -> Folded:

@@ -46,7 +46,7 @@ class SaidFold:
     """A fold by an axiom: its ``places`` and ``lines`` in the order in which they are said.
 
     Which part moves is plain where something is brought somewhere; else ``flap`` is a place on it, or ``side`` the side of it.
-    ``layers`` says how many are folded at once, of ``of`` that lie there.
+    With ``repeat`` the same is done on the other side, left and right swapped. ``layers`` says how many are folded at once, of ``of`` that lie there.
     """
 
     axiom: int
@@ -59,6 +59,7 @@ class SaidFold:
     marks: tuple[MarkedPoint, ...] = ()
     behind: bool = False
     unfold: bool = False
+    repeat: bool = False
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,8 @@ class Sentences:
             text = filled(self.words["behind"], fold=text)
         text = filled(self.words["layers"][_how_many(said)], fold=text, layers=str(said.layers))
         text = filled(self.words["axiom"], fold=text, axiom=str(said.axiom))
-        return self._joined(said.marks, text, self.words["unfold"] if said.unfold else "")
+        then = self.words["unfold"] if said.unfold else self.words["repeat"] if said.repeat else ""
+        return self._joined(said.marks, text, then)
 
     def _places(self, keys: Sequence[PlaceKey]) -> dict[str, Phrase]:
         return {f"place{i}": self.place(key) for i, key in enumerate(keys, 1)}

@@ -33,10 +33,11 @@ def instruct(
     from folding_server.instructions.moves import lesson_of  # noqa: PLC0415
     from folding_server.instructions.sheet_layout import SheetForm, lay_out  # noqa: PLC0415
     from folding_server.instructions.sheet_svg import sheet_svg, step_svg  # noqa: PLC0415
+    from folding_server.wording.repeats import with_repeats  # noqa: PLC0415
     from folding_server.wording.sheet_words import lesson_words, numbered_lines  # noqa: PLC0415
 
     announce("drawing the steps")
-    lesson, form = lesson_of(program), SheetForm(endless=True)
+    lesson, form = with_repeats(lesson_of(program)), SheetForm(endless=True)
     words = lesson_words(lesson)
     if step is not None and step > len(words):
         raise ProgramError(f"There is no step {step}; the instructions have the steps 1 to {len(words)}.")
