@@ -69,6 +69,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(ROOT / "examples" / "programs", place / "examples" / "programs")
     whole = json.loads((place / "examples" / "programs" / "cat.json").read_text())
     (place / "PROGRAM").write_text(json.dumps({**whole, "steps": whole["steps"][:1]}))
+    (place / "WORDS.txt").write_text("1. Rotate the paper 45° clockwise.\n", encoding="utf-8")
     for folder, frames in KEPT_FRAMES.items():
         shorten(ROOT / "examples" / "cat", place / folder, frames)
     shutil.copytree(place / "sequences", place / "FOLDER")

@@ -88,7 +88,7 @@ async def test_the_agent_s_critics_are_prompts_for_hosts_too(tmp_path: Path) -> 
         judge = (await host.client.get_prompt("judge_step", {"frame": "5"})).messages[0].content
         next_one = (await host.client.get_prompt("judge_step")).messages[0].content
         look_back = (await host.client.get_prompt("find_mistake")).messages[0].content
-    assert offered.keys() == {"reconstruct", "judge_step", "find_mistake"}
+    assert offered.keys() == {"reconstruct", "judge_step", "find_mistake", "teach_folding", "design_model"}
     assert all(each.title and each.description for each in offered.values())
     assert isinstance(judge, TextContent)
     assert isinstance(next_one, TextContent)

@@ -11,7 +11,9 @@ from folding_schemas.wire import Wire
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
 AttemptOutcome = Literal["open", "restored", "saved", "committed"]
-ExportFormat = Literal["fold", "crease-pattern", "crease-pattern-svg", "svg", "png", "obj", "program"]
+ExportFormat = Literal[
+    "fold", "crease-pattern", "crease-pattern-svg", "cp", "svg", "png", "obj", "program", "steps"
+]
 SequenceOutcome = Literal["added", "replaced", "unchanged"]
 Images = Literal["none", "small", "full"]
 """Whether an answer has its pictures, and how large: ``small`` is half as wide and high."""
@@ -348,3 +350,23 @@ class Export(Wire):
     media_type: str
     filename: str
     text: str | None
+
+
+class Instructions(Wire):
+    """Answer of ``get_instructions``: the words of each step, numbered; ``refusal`` says why they end early, if they do."""
+
+    steps: list[str]
+    refusal: str | None
+
+
+class ProgramTrial(Wire):
+    """Answer of ``try_program``: how many steps can be folded, what each does, and the state after the last of them.
+
+    ``error`` says what is wrong with the step that comes next, None if the whole program can be folded.
+    """
+
+    complete: bool
+    steps_done: int
+    steps: list[str]
+    error: str | None
+    state: FoldedState | None

@@ -13,22 +13,26 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from folding_server.animation.animate_command import animate
 from folding_server.audit.audit_command import audit
 from folding_server.command_options import (
     Allowed,
     Attempts,
     Data,
     Database,
+    EveryStep,
     ForEvaluation,
     Http,
     Json,
     KnownAs,
     Limit,
+    ModelSource,
     OutFolder,
     ProgramFile,
     ReadOnly,
     Sequences,
     ShowVersion,
+    StepFiles,
     TokenFile,
     ToolsOffered,
     VisionQueue,
@@ -39,9 +43,12 @@ from folding_server.data_folder import data_folder, folder_for_runs
 from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
 from folding_server.install.command import install
+from folding_server.instructions.instructions_command import instructions
+from folding_server.instructions.practicality_command import practicality
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
+from folding_server.wording.refold_command import refold
 from folding_server.workers.job_queue import WAITING
 
 if TYPE_CHECKING:
@@ -168,6 +175,10 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
 
 
 app.command()(install)
+app.command()(instructions)
+app.command()(animate)
+app.command()(practicality)
+app.command()(refold)
 
 
 @app.command()
@@ -178,22 +189,29 @@ def simulate(
     cp: Annotated[
         Path | None, file_to_write("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
     ] = None,
+    steps: Annotated[Path | None, file_to_write("all states as the frames of one FOLD file")] = None,
+    obj: Annotated[Path | None, file_to_write("the folded sheet as a mesh, OBJ")] = None,
     svg: Annotated[Path | None, file_to_write("the diagram as SVG")] = None,
     png: Annotated[Path | None, file_to_write("the diagram as PNG")] = None,
-    every_step: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),
-    ] = None,
+    every_step: EveryStep = None,
+    step_files: StepFiles = None,
     as_json: Json = False,
 ) -> None:
     """Run a folding program and write what it leads to."""
     from folding_server.interchange.pattern_files import pattern_text
+    from folding_server.interchange.step_files import write_step_files
     from folding_server.simulate import simulate as run
     from folding_server.simulator import folded_state
 
     folding = _program(program)
     paper = run(folding, every_step, say=None if as_json else typer.echo)
-    wanted: dict[ExportFormat, Path | None] = {"fold": fold, "svg": svg, "png": png}
+    wanted: dict[ExportFormat, Path | None] = {
+        "fold": fold,
+        "steps": steps,
+        "obj": obj,
+        "svg": svg,
+        "png": png,
+    }
     written: dict[str, str] = {
         kind: _write(file, _exported(paper, kind, folding)) for kind, file in wanted.items() if file
     }
@@ -203,6 +221,9 @@ def simulate(
         written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
         written["every-step"] = str(every_step)
+    if step_files:
+        write_step_files(folding, step_files)
+        written["step-files"] = str(step_files)
     if as_json:
         report = {"name": folding.name, "steps": len(folding.steps), "written": written}
         _print_json({**report, "state": folded_state(paper).model_dump(mode="json")})
@@ -308,12 +329,7 @@ app.command()(audit)
 
 @app.command()
 def view(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
-        ),
-    ],
+    source: ModelSource,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", parser=typed_path, help="Write one HTML file instead."),

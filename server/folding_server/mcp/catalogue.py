@@ -13,6 +13,7 @@ from folding_server.mcp.tools import (
     checkpoints,
     evaluating,
     folding,
+    instructions,
     interchange,
     runs,
     verification,
@@ -46,6 +47,8 @@ RECORDS: tuple[ToolRecord, ...] = (
     verification.check_foldability,
     vision.propose_actions,
     interchange.export_state,
+    instructions.get_instructions,
+    instructions.try_program,
     apps.show_model,
 )
 
