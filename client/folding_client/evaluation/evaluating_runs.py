@@ -13,7 +13,7 @@ from folding_client.evaluation.evaluation_constants import CONSTANTS, Evaluation
 from folding_client.evaluation.grouping import group_evaluation
 from folding_client.evaluation.measuring_server import MeasuringServer, measuring_server
 from folding_client.evaluation.recorded_states import RunToScore, runs_in
-from folding_client.evaluation.score_summaries import rounded
+from folding_client.evaluation.score_summaries import rounded_score
 from folding_client.evaluation.scoring_states import StateScorer, StateScores
 from folding_client.evaluation.sequence_truth import SequenceTruth, truths_in
 from folding_client.interrupts import ToolRefused, UsageError
@@ -156,8 +156,8 @@ def _step(
         saved=saved,
         equal=found.equal,
         problem=state.problem if state is not None else REFUSED if saved else NOT_SAVED,
-        scores={metric: rounded(value) for metric, value in found.scores.items()},
-        parts={name: rounded(value) for name, value in found.parts.items()},
+        scores={metric: rounded_score(value) for metric, value in found.scores.items()},
+        parts={name: rounded_score(value) for name, value in found.parts.items()},
     )
 
 

@@ -18,7 +18,7 @@ from folding_schemas.evaluation import (
 )
 
 from folding_client.evaluation.evaluation_constants import EvaluationConstants
-from folding_client.evaluation.score_summaries import rounded, score_means, score_summaries, summary
+from folding_client.evaluation.score_summaries import rounded_score, score_means, score_summaries, summary
 
 
 def group_evaluation(
@@ -50,7 +50,7 @@ def progress_curve(runs: Sequence[RunEvaluation], points: int) -> list[ProgressP
     """
     return [
         ProgressPoint(
-            progress=rounded(share),
+            progress=rounded_score(share),
             means=score_means(run.steps[ceil(share * len(run.steps) - 1e-9) - 1].scores for run in runs),
         )
         for share in np.arange(1, points + 1) / points

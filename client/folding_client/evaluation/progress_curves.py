@@ -26,7 +26,7 @@ LEGEND_LINE = 20
 ABOVE_LEGEND = 14
 LEAST_TOP = 10.0
 """The lowest end of the axis of CPD, so that next to no dissimilarity looks like it: a vertex unmatched costs 30."""
-STYLE = (
+CURVE_STYLE = (
     "text{font-family:system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;font-size:11px;fill:#333}"
     ".title{font-size:12.5px;font-weight:600;fill:#111}.grid{stroke:#e3e3e3}.axis{stroke:#888}"
     ".line{fill:none;stroke-width:2;stroke-linejoin:round}"
@@ -61,7 +61,7 @@ def curves_svg(curves: Sequence[Curve]) -> str:
     width, height = COLUMNS * WIDTH, legend + rows * HEIGHT
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" '
-        f'aria-label="Scores by share of the sequence"><style>{STYLE}</style><rect width="100%" height="100%" fill="#fff"/>'
+        f'aria-label="Scores by share of the sequence"><style>{CURVE_STYLE}</style><rect width="100%" height="100%" fill="#fff"/>'
     )
     body = [*_legend(curves)]
     for index, metric in enumerate(TITLES):

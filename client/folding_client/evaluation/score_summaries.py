@@ -12,7 +12,7 @@ DIGITS = 6
 """Decimals of the figures in the results: the same on every machine."""
 
 
-def rounded(value: float) -> float:
+def rounded_score(value: float) -> float:
     """A figure as the results hold it."""
     return round(float(value), DIGITS) + 0.0
 
@@ -28,10 +28,10 @@ def summary(values: Sequence[float], constants: EvaluationConstants) -> Summary:
     low, high = np.quantile(found[drawn].mean(axis=1), [tail, 1 - tail])
     return Summary(
         count=len(found),
-        mean=rounded(found.mean()),
-        deviation=rounded(found.std(ddof=1)) if len(found) > 1 else 0.0,
-        low=rounded(low),
-        high=rounded(high),
+        mean=rounded_score(found.mean()),
+        deviation=rounded_score(found.std(ddof=1)) if len(found) > 1 else 0.0,
+        low=rounded_score(low),
+        high=rounded_score(high),
     )
 
 
@@ -46,4 +46,4 @@ def score_means(scores: Iterable[Scores]) -> Scores:
     listed = list(scores)
     if not listed:
         return {}
-    return {metric: rounded(fmean(each[metric] for each in listed)) for metric in METRICS}
+    return {metric: rounded_score(fmean(each[metric] for each in listed)) for metric in METRICS}

@@ -14,7 +14,7 @@ from folding_server.instructions.ink_colors import printed
 from folding_server.instructions.moves import Lesson
 from folding_server.instructions.step_scene import turned_edges
 
-DECIMALS = 5
+COORDINATE_DECIMALS = 5
 """Of coordinates in sheet units."""
 
 
@@ -56,7 +56,7 @@ def _scene(scene: FilmScene) -> dict[str, Any]:
         pairs = (edge_of(u, v) for u, v in sides(cycle))
         faces.append(
             {
-                "at": [[round(x, DECIMALS), round(y, DECIMALS)] for x, y in corners],
+                "at": [[round(x, COORDINATE_DECIMALS), round(y, COORDINATE_DECIMALS)] for x, y in corners],
                 "creases": [
                     1 if paper.edge_assignment(edge) == "F" else 2 if edge in turned else 0 for edge in pairs
                 ],

@@ -14,7 +14,7 @@ from folding_server.geometry.graph import Edge, edge_faces, sides
 from folding_server.geometry.line import Line, Point, between, line_through
 from folding_server.simulator import Paper, apply
 
-DENOMINATORS = (2, 3, 4, 5, 6, 8, 10, 16, 20, 50, 100)
+FRACTION_DENOMINATORS = (2, 3, 4, 5, 6, 8, 10, 16, 20, 50, 100)
 """Of the fractions that a place on an edge is taken for where one is near enough."""
 FOLDED_FRACTIONS = tuple(
     sorted(
@@ -225,8 +225,8 @@ def _vertex_to_add(paper: Paper, face: int, point: Point, *, snaps: bool) -> Add
 
 def snapped_fraction(value: float, within: float) -> float:
     """The value that folding gives ``within`` reach, the fraction with the smallest denominator first; else four decimals."""
-    fractions = [round(value * denominator) / denominator for denominator in DENOMINATORS]
-    simple = DENOMINATORS.index(20)
+    fractions = [round(value * denominator) / denominator for denominator in FRACTION_DENOMINATORS]
+    simple = FRACTION_DENOMINATORS.index(20)
     near = (*fractions[:simple], *FOLDED_FRACTIONS, *fractions[simple:])
     return next((each for each in near if abs(each - value) <= within), round(value, 4))
 
