@@ -30,14 +30,23 @@ import sys
 from pathlib import Path
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.services.sequence_adding import SequenceWish, add_to_library
+from folding_server.mcp.services.sequence_jobs import make_sequence
+import anyio
 
 data, films = Path(sys.argv[1]), Path(sys.argv[2])
+
+def announce(doing, part):
+    print(part, flush=True)
+    if part > 0.5:
+        input()
+
+async def add():
+    async def make(work, folder):
+        return make_sequence(announce, work, folder)
+    await add_to_library(app, SequenceWish(("hat",), keyframes=(2, 3)), make, shown=False)
+
 with AppContext(ServerSettings(data, allowed=(films,))) as app:
-    def tell(part):
-        print(part, flush=True)
-        if part > 0.5:
-            input()
-    add_to_library(app, SequenceWish(("hat",), keyframes=(2, 3)), tell)
+    anyio.run(add)
 """
 """Adds the photos of a folder, and waits for good once half of them are written."""
 
@@ -225,11 +234,19 @@ from pathlib import Path
 from folding_server.errors import FoldingError
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.services.sequence_adding import SequenceWish, add_to_library
+from folding_server.mcp.services.sequence_jobs import make_sequence
+import anyio
+
+async def make(work, folder):
+    return make_sequence(lambda doing, part: None, work, folder)
+
+async def add(path):
+    return await add_to_library(app, SequenceWish((path,)), make, shown=True)
 
 with AppContext(ServerSettings(Path(sys.argv[1]), allowed=(Path(sys.argv[2]),))) as app:
-    print(add_to_library(app, SequenceWish(("hat",)), lambda part: None).name, "cv2" in sys.modules)
+    print(anyio.run(add, "hat").name, "cv2" in sys.modules)
     try:
-        add_to_library(app, SequenceWish(("film.mp4",)), lambda part: None)
+        anyio.run(add, "film.mp4")
     except FoldingError as refusal:
         print(refusal)
 """

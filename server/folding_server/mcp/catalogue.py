@@ -78,7 +78,7 @@ def tools(
 
 def long_tools() -> list[str]:
     """The names of the tools whose calls can take seconds."""
-    return [record.name for record in (*RECORDS, *FOR_EVALUATION) if record.long]
+    return [record.name for record in (*RECORDS, *FOR_EVALUATION, *READING_FILES) if record.long]
 
 
 def _tool(record: ToolRecord) -> Tool:

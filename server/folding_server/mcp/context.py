@@ -4,7 +4,6 @@ It finds the run that a call means, and the paper and the photos that go with it
 """
 
 import logging
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -240,23 +239,6 @@ class AppContext:
         Those after run ``before``; RunError if there is no such run.
         """
         return self.store.list_runs(caller(), limit, before)
-
-    @contextmanager
-    def counting_vision(self) -> Iterator[None]:
-        """Count the time that this thread computes for the caller's owner, where owners have a limit of it.
-
-        RunError if the owner has used up today's. What was computed is answered even if its time cannot be recorded.
-        """
-        owner = self.limited_owner()
-        if owner is None:
-            yield
-            return
-        self.store.check_vision(owner)
-        begun = time.thread_time()
-        try:
-            yield
-        finally:
-            self.count_vision(owner, time.thread_time() - begun)
 
     def limited_owner(self) -> str | None:
         """The caller's owner, if there is a limit to the time of their vision; else None."""
