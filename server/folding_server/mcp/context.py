@@ -240,6 +240,13 @@ class AppContext:
         """
         return self.store.list_runs(caller(), limit, before)
 
+    def told(self, error: FoldingError) -> str:
+        """What the caller is told of a mistake: over HTTP without places of this machine, which go to the log."""
+        if not self.settings.shared or error.elsewhere == str(error):
+            return str(error)
+        _logger.warning("Refused: %s", error)
+        return error.elsewhere
+
     def limited_owner(self) -> str | None:
         """The caller's owner, if there is a limit to the time of their vision; else None."""
         return None if self.settings.limits.vision_seconds is None else caller()
