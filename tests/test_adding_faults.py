@@ -204,6 +204,19 @@ class TestOwners:
         assert "the sequences that ada added take up" in refused.lower()
         assert "at most 0.03 MB" in refused
 
+    async def test_whoever_reaches_a_run_without_a_token_sees_the_photos_that_its_owner_added(
+        self, tmp_path: Path, films: Path
+    ) -> None:
+        data = tmp_path / "data"
+        with served_to(ServerSettings(data, allowed=(films,), shared=True), tmp_path, "ada") as url:
+            async with called_by("ada", url) as ada:
+                await ada.call("add_sequence", paths="hat")
+                run_id = (await ada.call("open_run", sequence="hat"))["run_id"]
+        async with in_memory(data) as host:
+            assert (await host.call("open_run", run_id=run_id))["frames"] == 4
+            assert len(images_of(await host.answer("view_frame", frame=1))) == 1
+            assert await names(host) == []
+
 
 async def names(host: Host) -> list[str]:
     """The sequences that a host is shown."""

@@ -59,6 +59,12 @@ class SequenceAdded(Wire):
     back_color: str | None
 
 
+class SequenceRemoved(Wire):
+    """Answer of ``remove_sequence``."""
+
+    name: str
+
+
 class RunInfo(Wire):
     """Answer of ``open_run`` and ``get_run``: where a run stands.
 

@@ -59,6 +59,10 @@ class AddedSequences:
         """The sequence of this name; None if there is none, or it is damaged."""
         return _readable(self._place(name))
 
+    def holds(self, name: str) -> bool:
+        """Whether there is one of this name, damaged or not."""
+        return self._place(name).is_dir()
+
     def made_from(self, source: str) -> AddedSequence | None:
         """The sequence that was made from this source, the one written last if there are several."""
         found = [each for each in self._all() if each.source == source]
@@ -98,6 +102,11 @@ class AddedSequences:
             made.chmod(0o755)
             made.rename(place)
         return _read(place)
+
+    def remove(self, name: str) -> None:
+        """Remove the sequence of this name, which is there: from one moment to the next. OSError if that cannot be done."""
+        with self.making() as empty:
+            self._place(name).rename(empty / "removed")
 
     def _all(self) -> list[AddedSequence]:
         if not self.folder.is_dir():

@@ -122,7 +122,7 @@ class FoldingServer(MCPServer[AppContext]):
 
     def _not_offered(self, name: str) -> str:
         """Why a tool is not there."""
-        if name == "add_sequence" and not self._app.settings.read_only:
+        if name in ("add_sequence", "remove_sequence") and not self._app.settings.read_only:
             return ALLOWING
         return errors.unknown_tool(name, self.catalogue)
 

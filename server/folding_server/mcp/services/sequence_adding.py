@@ -191,10 +191,15 @@ def _same(existing: "AddedSequence", built: "BuiltSequence", paper: "DeclaredShe
 
 def _has_runs(app: "AppContext", name: str, existing: "AddedSequence") -> bool:
     """Whether runs were opened on a sequence as it is, which could not be taken up again once it is another."""
+    fingerprint = fingerprint_of(existing)
+    return fingerprint is not None and app.store.has_runs(name, fingerprint)
+
+
+def fingerprint_of(existing: "AddedSequence") -> str | None:
+    """What runs that are opened on an added sequence keep of it; None if it cannot be read any more."""
     from folding_server.frames.sequences import load_sequence  # noqa: PLC0415
 
     try:
-        fingerprint = load_sequence(existing.folder).fingerprint()
+        return load_sequence(existing.folder).fingerprint()
     except PhotoError:
-        return False
-    return app.store.has_runs(name, fingerprint)
+        return None

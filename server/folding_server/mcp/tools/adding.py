@@ -1,23 +1,24 @@
-"""Adding sequences: a film or photos of the user's own become a sequence that can be opened like any other."""
+"""Adding sequences: a film or photos of the user's own become a sequence that can be opened like any other, until it is removed."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from folding_schemas.results import AddedKeyframe, SequenceAdded
+from folding_schemas.results import AddedKeyframe, SequenceAdded, SequenceRemoved
 from mcp.types import CallToolResult
 from pydantic import Field
 
 from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
 from folding_server.mcp.parameters import FilePaths, ImageNumbers, ImageSize
-from folding_server.mcp.results import AnswerPicture, picture_result
+from folding_server.mcp.results import AnswerPicture, call_tool_result, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.long_calls import compute_long
 from folding_server.mcp.services.sequence_adding import AddedAnswer, SequenceWish, add_to_library
 from folding_server.mcp.services.sequence_jobs import MadeSequence, SequenceWork, make_sequence
+from folding_server.mcp.services.sequence_removing import remove_from_library
 from folding_server.mcp.tool_progress import PERCENT
-from folding_server.mcp.tool_record import KEEPS, tool
+from folding_server.mcp.tool_record import KEEPS, SETTLES, tool
 
 _SAID = 30
 """How many keyframes the text of an answer names; the data has all."""
@@ -25,6 +26,7 @@ _SAID = 30
 NewName = Annotated[
     str | None, Field(description="a name for the sequence; left out, that of the file or folder")
 ]
+AddedName = Annotated[str, Field(description="the name of a sequence that add_sequence made")]
 PaperColor = Annotated[
     str | None,
     Field(
@@ -51,6 +53,14 @@ async def add_sequence(
 
     answer = await add_to_library(app_context(ctx), wish, make, shown=images != "none")
     return picture_result(_in_words(answer), _added(answer), _pictures(answer), images)
+
+
+@tool("Remove a sequence", SETTLES, icons.PHOTO_ICON, within="paper")
+def remove_sequence(ctx: ToolContext, name: AddedName) -> Annotated[CallToolResult, SequenceRemoved]:
+    """Remove a sequence that was added."""
+    remove_from_library(app_context(ctx), name)
+    text = f"The sequence {name!r} was removed; the files that it was made from are untouched."
+    return call_tool_result(text, SequenceRemoved(name=name))
 
 
 def _pictures(answer: AddedAnswer) -> Sequence[AnswerPicture]:
