@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
+from folding_schemas.wrong_values import usage_sentence
 
 from folding_server.animation.animate_command import animate
 from folding_server.audit.audit_command import audit
@@ -45,6 +46,7 @@ from folding_server.errors import FoldingError
 from folding_server.install.command import install
 from folding_server.instructions.instructions_command import instructions
 from folding_server.instructions.practicality_command import practicality
+from folding_server.mcp.http.address import is_host_name
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
@@ -72,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         code = app(args=arguments, standalone_mode=False)
     except typer.TyperException as error:
-        code = _complain(error.format_message(), error.exit_code)
+        code = _complain(usage_sentence(error), error.exit_code)
     except FoldingError as error:
         code = _complain(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -114,6 +116,7 @@ def serve(
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
     _check_tokens_are_meant(http, token_file, limit)
+    _check_names(http, known_as or ())
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     settings = ServerSettings(
         folder_for_runs(data, database),
@@ -151,6 +154,17 @@ def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: li
         )
     if limit and token_file is None:
         raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
+
+
+def _check_names(http: str | None, known_as: Sequence[str]) -> None:
+    """Raise BadParameter for a host name that no request could carry, and where there are no requests."""
+    if known_as and http is None:
+        raise typer.BadParameter("--known-as is for clients over HTTP; add --http HOST:PORT, or leave it out")
+    for name in known_as:
+        if not is_host_name(name):
+            raise typer.BadParameter(
+                f"--known-as {name!r:.80} is no host name; give one without scheme, port and path, such as folding.example"
+            )
 
 
 def _serve_stdio(app: "AppContext") -> None:
