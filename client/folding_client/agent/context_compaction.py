@@ -4,10 +4,10 @@ Every part that is left out is replaced by a line that says so. Only what a mode
 data of a result stays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from folding_client.messages import Message, Picture, ToolResult
+from folding_client.messages import Message, Picture, ToolResult, json_text
 from folding_client.protocol.acting import ACTIONS
 
 _STATE = ("state",)
@@ -19,7 +19,11 @@ _UNSAID: dict[str, tuple[str, ...]] = {
     ),
 }
 """The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
-_CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})
+_NEWER, _UNCHANGED = "left out: a newer one follows", "unchanged since it was told above"
+"""Why a state is not told where it was."""
+_MOVES = ACTIONS | {"undo", "restore_checkpoint"}
+"""The tools after which the paper is another."""
+_CURRENT = _MOVES | {"get_current_state"}
 """The tools that answer with the current state."""
 
 
@@ -43,53 +47,109 @@ def compacted(tool: str, result: ToolResult) -> ToolResult:
 
 
 def without_old_states(messages: Sequence[Message]) -> list[Message]:
-    """The messages with the current state told only by the last that tells it."""
-    telling = [index for index, message in enumerate(messages) if _tells_state(message)]
-    old = set(telling[:-1])
-    return [_stateless(message) if index in old else message for index, message in enumerate(messages)]
+    """The messages with the current state told once: where the step opens, as long as it is as it was then, else by the last
+    of those that tell it.
+    """
+    told = {index: state for index, message in enumerate(messages) if (state := _state_told(message))}
+    if not told:
+        return list(messages)
+    unchanged = messages[min(told)].result is None and len(set(told.values())) == 1
+    kept, why = (min(told), _UNCHANGED) if unchanged else (max(told), _NEWER)
+    return [
+        _stateless(message, why) if index in told and index != kept else message
+        for index, message in enumerate(messages)
+    ]
 
 
 def without_repeated_pictures(messages: Sequence[Message]) -> list[Message]:
-    """The messages without the pictures that one before has shown, and without films once the paper has moved."""
-    moved = max((index for index, message in enumerate(messages) if _moves(message)), default=-1)
+    """The messages without the pictures that one before has shown, and without films once the paper has moved.
+
+    Once the paper as it is now has been drawn, what shows it as it was is small: earlier diagrams, and the photo of the frame
+    before. A critic's match is told without the pictures that it was given. Diagrams, and that photo, are never larger than
+    medium, where models have such a resolution.
+    """
+    acted = max((index for index, message in enumerate(messages) if _is_done(message, ACTIONS)), default=-1)
+    moved = max((index for index, message in enumerate(messages) if _is_done(message, _MOVES)), default=-1)
+    drawn = any(_is_done(message, {"render_current"}) for message in messages[moved + 1 :])
+    before = _photo_before(messages)
     shown: set[object] = set()
     kept = []
     for index, message in enumerate(messages):
-        films = [picture for picture in message.pictures if picture.role == "filmstrip" and moved > index]
-        repeated = [
-            picture for picture in message.pictures if picture not in films and _content(picture) in shown
-        ]
-        shown |= {_content(picture) for picture in message.pictures if picture not in films}
-        kept.append(_without(message, films, repeated))
+        past = index < moved and drawn
+        films = [picture for picture in message.pictures if picture.role == "filmstrip" and acted > index]
+        judged = list(message.pictures) if drawn and _is_match(message) else []
+        others = [picture for picture in message.pictures if picture not in films and picture not in judged]
+        repeated = [picture for picture in others if _content(picture) in shown]
+        if index > moved:  # what is asked for again after a move is shown in full again
+            repeated = [picture for picture in repeated if not (drawn and _content(picture) == before)]
+        shown |= {_content(picture) for picture in others}
+        left = _without(message, films, repeated, judged)
+        kept.append(_smaller(left, before, past=past))
     return kept
 
 
-def _tells_state(message: Message) -> bool:
-    told = message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
-    return told or bool(message.state)
+def _photo_before(messages: Sequence[Message]) -> object:
+    """The photo of the frame before, with which a step opens; None where it does not."""
+    openings = [
+        [_content(picture) for picture in message.pictures if picture.role == "photo"]
+        for message in messages
+        if message.role == "user"
+    ]
+    return next((photos[0] for photos in reversed(openings) if len(photos) > 1), None)
 
 
-def _stateless(message: Message) -> Message:
+def _smaller(message: Message, before: object, *, past: bool) -> Message:
+    """The message with the pictures of the paper as it was in less than full resolution."""
+    changed = tuple(_in_resolution(picture, before, past=past) for picture in message.pictures)
+    if changed == message.pictures:
+        return message
+    small = [picture.subject for picture in changed if picture.resolution == "small"]
+    note = f"(Small now, since the paper has moved: {', '.join(small)}.)" if small else ""
+    return message.showing(changed, note) if note else message.showing_instead(changed)
+
+
+def _in_resolution(picture: Picture, before: object, *, past: bool) -> Picture:
+    if picture.role != "diagram" and _content(picture) != before:
+        return picture
+    return replace(picture, resolution="small" if past else "medium")
+
+
+def _is_match(message: Message) -> bool:
+    data = message.result.data if message.tool == "ask_critic" and message.result else None
+    return data is not None and data.get("critic_verdict") == "MATCH"
+
+
+def _state_told(message: Message) -> str:
+    """The current state as a message tells it, as JSON; empty if it tells none."""
+    if message.tool in _CURRENT and message.result is not None:
+        told = message.result.told_data
+        return json_text(told.get("state", told)) if told else ""
+    return message.state
+
+
+def _stateless(message: Message, why: str) -> Message:
     if message.result is None:
-        return replace(
-            message, said=message.said.replace(message.state, "(left out: a newer one follows)"), state=""
-        )
-    notes = ("(State left out: a newer one follows.)", *message.result.notes)
+        return replace(message, said=message.said.replace(message.state, f"({why})"), state="")
+    notes = (f"(State {why}.)", *message.result.notes)
     return replace(message, result=replace(message.result, told=(), notes=notes))
 
 
-def _moves(message: Message) -> bool:
-    return message.tool in ACTIONS and not message.is_error
+def _is_done(message: Message, tools: Collection[str]) -> bool:
+    return message.tool in tools and not message.is_error
 
 
-def _without(message: Message, films: Sequence[Picture], repeated: Sequence[Picture]) -> Message:
-    """The message without films that have had their time and without what was shown before."""
+def _without(
+    message: Message, films: Sequence[Picture], repeated: Sequence[Picture], judged: Sequence[Picture]
+) -> Message:
+    """The message without films that have had their time, what was shown before, and what a critic found to match."""
     if films:
         note = "(Film left out, since the paper has moved; call again to see it.)"
         message = message.showing(_others(message, films), note)
     if repeated:
         subjects = ", ".join(picture.subject for picture in repeated)
         message = message.showing(_others(message, repeated), f"(Shown above already: {subjects}.)")
+    if judged:
+        message = message.showing(_others(message, judged), "(The critic saw both photos and both diagrams.)")
     return message
 
 

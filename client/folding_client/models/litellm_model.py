@@ -53,7 +53,7 @@ class LitellmModel:
         self._id = name.removeprefix(LITELLM)
         self._settings = settings
         self._note = note
-        self._entry = _entry(self._id)
+        self._entry = entry_of(self._id)
         self._dialect = dialect_of(self._entry)
         self._form = RequestForm()
         if self._entry.facts.get("supports_vision") is False or self._entry.provider in _SENT_NO_PICTURES:
@@ -173,7 +173,8 @@ def provider_and_name(model: str) -> tuple[str, str]:
     return str(provider), str(name)
 
 
-def _entry(model: str) -> ModelEntry:
+def entry_of(model: str) -> ModelEntry:
+    """What litellm's table says of a model, by its litellm id. UsageError if litellm knows no such provider."""
     module, (provider, name) = litellm(), provider_and_name(model)
     parameters = module.get_supported_openai_params(name, custom_llm_provider=provider) or ()
     facts = facts_of(model, module.model_cost)
