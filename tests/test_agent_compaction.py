@@ -20,6 +20,7 @@ from folding_client.messages import (
 )
 from folding_client.models.chat_format import chat_messages, dialect_of
 from folding_client.models.litellm_model import entry_of
+from folding_client.models.picture_limits import pictures_at_most
 from folding_client.models.picture_sizes import in_its_resolution
 from PIL import Image
 
@@ -143,3 +144,17 @@ def test_a_provider_is_asked_for_the_resolutions_that_it_has_words_for(
     (message,) = chat_messages([user("Look.", shown)], dialect_of(entry_of(model)))
     images = [part["image_url"] for part in message["content"] if part["type"] == "image_url"]
     assert [image.get("detail") for image in images] == details
+
+
+def test_for_a_model_of_one_picture_those_of_a_message_are_joined_under_their_captions() -> None:
+    messages = [user("Then.", (OLD,)), user("Compare these.", lettered([BEFORE, TARGET, OLD]))]
+    then, (*_, compared) = pictures_at_most(messages, 1)[0], pictures_at_most(messages, 1)
+    assert then.pictures == ()
+    (sheet,) = compared.pictures
+    assert sheet.subject == "A: photo of frame 2; B: photo of frame 3; C: diagram of the current state"
+    assert "Side by side in one picture" in compared.text
+    with Image.open(io.BytesIO(sheet.data)) as image:
+        corner = image.convert("RGB").getpixel((20, 40))
+    assert isinstance(corner, tuple)
+    assert abs(corner[0] - 40) < 12
+    assert abs(corner[1] - 90) < 12

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from folding_client.interrupts import ProviderRefused
 from folding_client.messages import Message
+from folding_client.models.picture_sizes import joined_sheet
 
 _LEFT_OUT = "(Left out, for the model takes no more: {subjects}.)"
 _TOGETHER = (
@@ -27,8 +28,10 @@ def newest_pictures(messages: Sequence[Message]) -> list[Message]:
 def pictures_at_most(messages: Sequence[Message], most: int) -> list[Message]:
     """The messages with at most so many pictures, the newest; those of a message stay or go together.
 
-    ProviderRefused if the newest message with pictures has more: they are to be compared with each other.
+    For a model that takes one, those of a message are joined to one sheet. ProviderRefused if the newest message with pictures has more: they are to be compared with each other.
     """
+    if most == 1:
+        messages = [_joined(message) for message in messages]
     kept: list[Message] = []
     room = most
     for message in reversed(messages):
@@ -38,6 +41,14 @@ def pictures_at_most(messages: Sequence[Message], most: int) -> list[Message]:
         kept.append(message if count <= room else _without(message))
         room -= count if count <= room else 0
     return kept[::-1]
+
+
+def _joined(message: Message) -> Message:
+    """The message with its pictures as one, each under its caption."""
+    if len(message.pictures) < 2:
+        return message
+    subjects = "; ".join(picture.subject for picture in message.pictures)
+    return message.showing((joined_sheet(message.pictures),), f"(Side by side in one picture: {subjects}.)")
 
 
 def _turns_with_pictures(messages: Sequence[Message]) -> list[list[int]]:
