@@ -28,7 +28,7 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         return ScriptedModel(spec, replies, partial(_replies_said, role, recorder.folder.events))
     from folding_client.models.litellm_model import LitellmModel
 
-    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role), role)
     recorder.about.setdefault("requests", {})[role] = model.sent
     recorder.event("request_options", role=role, model=spec, options=model.sent)
     return model

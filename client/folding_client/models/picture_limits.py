@@ -10,10 +10,18 @@ from folding_client.messages import Message
 from folding_client.models.picture_sizes import joined_sheet
 
 _LEFT_OUT = "(Left out, for the model takes no more: {subjects}.)"
+_NONE_TAKEN = (
+    "(Not shown, for you take no pictures: {subjects}. Go by numbers and by what tools say in words.)"
+)
 _TOGETHER = (
     "The model takes no more than {most} of the {count} pictures that belong together here: choose one that takes more, or "
     "geometric for --critic, --overview and --selector."
 )
+
+
+def without_pictures(messages: Sequence[Message]) -> list[Message]:
+    """The messages without any picture, for a model that takes none."""
+    return [_without(message, _NONE_TAKEN) for message in messages]
 
 
 def newest_pictures(messages: Sequence[Message]) -> list[Message]:
@@ -62,6 +70,6 @@ def _turns_with_pictures(messages: Sequence[Message]) -> list[list[int]]:
     return [turn for turn in turns if turn]
 
 
-def _without(message: Message) -> Message:
+def _without(message: Message, why: str = _LEFT_OUT) -> Message:
     subjects = "; ".join(picture.subject for picture in message.pictures)
-    return message.showing((), _LEFT_OUT.format(subjects=subjects)) if subjects else message
+    return message.showing((), why.format(subjects=subjects)) if subjects else message
