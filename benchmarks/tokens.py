@@ -7,8 +7,10 @@ rules of ``token_counting.py``. The savings:
 
 summary             every step starts from a fresh context with a text summary; without it, the conversation goes on
 repeated_pictures   a picture that the step has shown before is replaced by a line, and so is the film once the paper
-                    has moved; diagrams of earlier states stay
-old_states          of all answers in the step that tell the paper's current state, only the last tells it
+                    has moved; once it is drawn as it is now, pictures of it as it was are half as wide and high; a
+                    critic's match is told without the pictures that it was given
+old_states          of all that tells the paper's current state in the step, one does: its opening, as long as that
+                    holds, else the last answer
 brief_answers       the data of an answer is left out where its short text says the same
 brief_descriptions  tools are described by the first paragraph of their descriptions
 standard_tools      only the paper's tools, ``undo`` and ``compare_to_frame`` are on offer
