@@ -9,8 +9,7 @@ summary             every step starts from a fresh context with a text summary; 
 repeated_pictures   a picture that the step has shown before is replaced by a line, and so is the film once the paper
                     has moved; once it is drawn as it is now, pictures of it as it was are half as wide and high; a
                     critic's match is told without the pictures that it was given
-old_states          of all that tells the paper's current state in the step, one does: its opening, as long as that
-                    holds, else the last answer
+old_states          of all that tells the paper's current state in the step, only the last does
 brief_answers       the data of an answer is left out where its short text says the same
 brief_descriptions  tools are described by the first paragraph of their descriptions
 standard_tools      only the paper's tools, ``undo`` and ``compare_to_frame`` are on offer

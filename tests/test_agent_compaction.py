@@ -75,13 +75,6 @@ def test_until_the_paper_moves_a_step_is_shown_as_it_opened() -> None:
     assert "Shown above already" in messages[-1].text
 
 
-def test_a_state_that_is_told_again_unchanged_is_told_once_where_it_was_first() -> None:
-    messages = sent(*called("get_current_state", {"state": {"vertices": {"1": [0.0, 1.0]}}}))
-    assert STATE in messages[1].text
-    assert STATE not in messages[-1].text
-    assert "unchanged since it was told above" in messages[-1].text
-
-
 def test_a_state_that_has_changed_is_told_by_the_last_that_tells_it() -> None:
     messages = sent(*FOLDED, *called("get_current_state", {"state": {"vertices": {"1": [0.5, 1.0]}}}))
     assert [("vertices" in message.text) for message in messages if message.role != "assistant"] == [

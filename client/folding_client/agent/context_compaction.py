@@ -7,7 +7,7 @@ data of a result stays.
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from folding_client.messages import Message, Picture, ToolResult, json_text
+from folding_client.messages import Message, Picture, ToolResult
 from folding_client.protocol.acting import ACTIONS
 
 _STATE = ("state",)
@@ -19,8 +19,6 @@ _UNSAID: dict[str, tuple[str, ...]] = {
     ),
 }
 """The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
-_NEWER, _UNCHANGED = "left out: a newer one follows", "unchanged since it was told above"
-"""Why a state is not told where it was."""
 _MOVES = ACTIONS | {"undo", "restore_checkpoint"}
 """The tools after which the paper is another."""
 _CURRENT = _MOVES | {"get_current_state"}
@@ -47,18 +45,10 @@ def compacted(tool: str, result: ToolResult) -> ToolResult:
 
 
 def without_old_states(messages: Sequence[Message]) -> list[Message]:
-    """The messages with the current state told once: where the step opens, as long as it is as it was then, else by the last
-    of those that tell it.
-    """
-    told = {index: state for index, message in enumerate(messages) if (state := _state_told(message))}
-    if not told:
-        return list(messages)
-    unchanged = messages[min(told)].result is None and len(set(told.values())) == 1
-    kept, why = (min(told), _UNCHANGED) if unchanged else (max(told), _NEWER)
-    return [
-        _stateless(message, why) if index in told and index != kept else message
-        for index, message in enumerate(messages)
-    ]
+    """The messages with the current state told only by the last that tells it."""
+    telling = [index for index, message in enumerate(messages) if _tells_state(message)]
+    old = set(telling[:-1])
+    return [_stateless(message) if index in old else message for index, message in enumerate(messages)]
 
 
 def without_repeated_pictures(messages: Sequence[Message]) -> list[Message]:
@@ -119,18 +109,17 @@ def _is_match(message: Message) -> bool:
     return data is not None and data.get("critic_verdict") == "MATCH"
 
 
-def _state_told(message: Message) -> str:
-    """The current state as a message tells it, as JSON; empty if it tells none."""
-    if message.tool in _CURRENT and message.result is not None:
-        told = message.result.told_data
-        return json_text(told.get("state", told)) if told else ""
-    return message.state
+def _tells_state(message: Message) -> bool:
+    told = message.tool in _CURRENT and message.result is not None and bool(message.result.told_data)
+    return told or bool(message.state)
 
 
-def _stateless(message: Message, why: str) -> Message:
+def _stateless(message: Message) -> Message:
     if message.result is None:
-        return replace(message, said=message.said.replace(message.state, f"({why})"), state="")
-    notes = (f"(State {why}.)", *message.result.notes)
+        return replace(
+            message, said=message.said.replace(message.state, "(left out: a newer one follows)"), state=""
+        )
+    notes = ("(State left out: a newer one follows.)", *message.result.notes)
     return replace(message, result=replace(message.result, told=(), notes=notes))
 
 
