@@ -43,10 +43,10 @@ from folding_server.command_options import (
 from folding_server.data_folder import data_folder, folder_for_runs
 from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
+from folding_server.http_options import check_names, check_tokens_are_meant
 from folding_server.install.command import install
 from folding_server.instructions.instructions_command import instructions
 from folding_server.instructions.practicality_command import practicality
-from folding_server.mcp.http.address import is_host_name
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
@@ -115,8 +115,8 @@ def serve(
 
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
-    _check_tokens_are_meant(http, token_file, limit)
-    _check_names(http, known_as or ())
+    check_tokens_are_meant(http, token_file, limit)
+    check_names(http, known_as or ())
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     settings = ServerSettings(
         folder_for_runs(data, database),
@@ -144,27 +144,6 @@ def _workers(given: int | None) -> int:
     from folding_server.workers.worker_pool import usual_workers
 
     return usual_workers() if given is None else given
-
-
-def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: list[str] | None) -> None:
-    """Raise BadParameter where options speak of tokens that nobody would send."""
-    if token_file is not None and http is None:
-        raise typer.BadParameter(
-            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
-        )
-    if limit and token_file is None:
-        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
-
-
-def _check_names(http: str | None, known_as: Sequence[str]) -> None:
-    """Raise BadParameter for a host name that no request could carry, and where there are no requests."""
-    if known_as and http is None:
-        raise typer.BadParameter("--known-as is for clients over HTTP; add --http HOST:PORT, or leave it out")
-    for name in known_as:
-        if not is_host_name(name):
-            raise typer.BadParameter(
-                f"--known-as {name!r:.80} is no host name; give one without scheme, port and path, such as folding.example"
-            )
 
 
 def _serve_stdio(app: "AppContext") -> None:
