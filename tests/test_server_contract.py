@@ -30,6 +30,7 @@ def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
             "list_runs",
             "add_sequence",
             "try_program",
+            "remove_sequence",
         }
 
 

@@ -13,10 +13,13 @@ from folding_client.logs import LogLevel, show_logs
 
 def path(text: str) -> Path:
     """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
+    if not text:
+        message = "the path is empty; give one, or . for the folder you are in"
+        raise typer.BadParameter(message)
     try:
         return Path(text).expanduser()
     except RuntimeError as error:
-        message = f"{text!r} begins with a user who has no folder here"
+        message = f"{text!r} begins with a user who has no folder here; give the whole path"
         raise typer.BadParameter(message) from error
 
 

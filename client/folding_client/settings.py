@@ -40,7 +40,7 @@ class Settings(BaseModel):
     keep_images: bool = False
     keep_results: bool = False
     full_descriptions: bool = False
-    max_cost: float | None = Field(default=None, gt=0)
+    max_cost: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     max_tokens_total: int | None = Field(default=None, ge=1)
     max_time: float | None = Field(default=None, gt=0)
     prices: str | None = None
@@ -48,11 +48,11 @@ class Settings(BaseModel):
     thinking_budget: int = Field(default=8192, ge=0)
     max_tokens: int = Field(default=32768, ge=1)
     failures_per_step: int = Field(default=10, ge=1)
-    timeout: float = Field(default=600.0, gt=0)
+    timeout: float = Field(default=600.0, gt=0, allow_inf_nan=False)
     api_base: str | None = None
     server_url: str | None = None
     retries: RetryPolicy = RetryPolicy()
-    max_wait: float | None = Field(default=None, ge=0)
+    max_wait: float | None = Field(default=None, ge=0, allow_inf_nan=False)
 
     @field_validator("retries", mode="before")
     @classmethod
@@ -83,6 +83,14 @@ class Settings(BaseModel):
             message = "give a time such as 90s, 15m or 2h"
             raise ValueError(message)
         return float(found[1]) * _SECONDS[found[2]]
+
+    @field_validator("api_base", "server_url")
+    @classmethod
+    def _is_of_the_web(cls, given: str | None) -> str | None:
+        if given is not None and not given.startswith(("http://", "https://")):
+            message = "give an address that begins with http:// or https://"
+            raise ValueError(message)
+        return given
 
     @model_validator(mode="after")
     def _leaves_room_to_answer(self) -> "Settings":

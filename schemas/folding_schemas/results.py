@@ -59,6 +59,12 @@ class SequenceAdded(Wire):
     back_color: str | None
 
 
+class SequenceRemoved(Wire):
+    """Answer of ``remove_sequence``."""
+
+    name: str
+
+
 class RunInfo(Wire):
     """Answer of ``open_run`` and ``get_run``: where a run stands.
 
@@ -235,8 +241,8 @@ class AttemptState(Wire):
 class AttemptList(Wire):
     """Answer of ``list_attempts``: one diagram follows for each attempt, in this order, then one for each earlier state.
 
-    ``states`` are what the diagrams show, in their order: the last state of each attempt, then the others. ``used``
-    counts the attempts at the frame from what is saved for the frame before.
+    ``states`` are what the diagrams show, in their order: the last state of each attempt, then the others, of which so many
+    that are older are ``left_out``. ``used`` counts the attempts at the frame from what is saved for the frame before.
     """
 
     frame: int
@@ -244,6 +250,7 @@ class AttemptList(Wire):
     attempts: list[AttemptInfo]
     states: list[AttemptState] = []
     used: int = 0
+    left_out: int = 0
 
 
 class AttemptCommitted(Wire):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
+from folding_schemas.wrong_values import usage_sentence
 
 from folding_server.animation.animate_command import animate
 from folding_server.audit.audit_command import audit
@@ -42,6 +43,7 @@ from folding_server.command_options import (
 from folding_server.data_folder import data_folder, folder_for_runs
 from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
+from folding_server.http_options import check_names, check_tokens_are_meant
 from folding_server.install.command import install
 from folding_server.instructions.instructions_command import instructions
 from folding_server.instructions.practicality_command import practicality
@@ -72,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         code = app(args=arguments, standalone_mode=False)
     except typer.TyperException as error:
-        code = _complain(error.format_message(), error.exit_code)
+        code = _complain(usage_sentence(error), error.exit_code)
     except FoldingError as error:
         code = _complain(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -113,7 +115,8 @@ def serve(
 
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
-    _check_tokens_are_meant(http, token_file, limit)
+    check_tokens_are_meant(http, token_file, limit)
+    check_names(http, known_as or ())
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     settings = ServerSettings(
         folder_for_runs(data, database),
@@ -141,16 +144,6 @@ def _workers(given: int | None) -> int:
     from folding_server.workers.worker_pool import usual_workers
 
     return usual_workers() if given is None else given
-
-
-def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: list[str] | None) -> None:
-    """Raise BadParameter where options speak of tokens that nobody would send."""
-    if token_file is not None and http is None:
-        raise typer.BadParameter(
-            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
-        )
-    if limit and token_file is None:
-        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
 
 
 def _serve_stdio(app: "AppContext") -> None:

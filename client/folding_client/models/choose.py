@@ -6,7 +6,7 @@ from pathlib import Path
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
 from folding_client.models.requirements import require_known
-from folding_client.models.scripted import ScriptedModel, load_script
+from folding_client.models.scripted import SCRIPTED, ScriptedModel, load_script
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.recorder import Recorder
 from folding_client.search.search_file import known_search, write_search
@@ -23,12 +23,12 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         consults = settings.role("critic") != "geometric"
         keep = partial(write_search, recorder.folder)
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
-    if spec.startswith("scripted:"):
-        replies = load_script(Path(spec.removeprefix("scripted:")), role)
+    if spec.startswith(SCRIPTED):
+        replies = load_script(Path(spec.removeprefix(SCRIPTED)), role)
         return ScriptedModel(spec, replies, partial(_replies_said, role, recorder.folder.events))
     from folding_client.models.litellm_model import LitellmModel
 
-    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role), role)
     recorder.about.setdefault("requests", {})[role] = model.sent
     recorder.event("request_options", role=role, model=spec, options=model.sent)
     return model

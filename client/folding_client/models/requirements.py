@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable
 from importlib.util import find_spec
+from pathlib import Path
 
 from folding_client.interrupts import UsageError
 from folding_client.models.prices import LITELLM, listed_price, read_prices
-from folding_client.settings import ROLES, Settings
+from folding_client.models.scripted import SCRIPTED, load_script
+from folding_client.settings import HYBRID, ROLES, Settings
 
 MODEL_IDS = (
     "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
@@ -18,15 +20,21 @@ _ASK_FOR_A_KEY = ("openai/", "anthropic/", "gemini/")
 
 
 def require_models(settings: Settings, *, keys: bool = True) -> None:
-    """UsageError if a model of the settings cannot be asked as they are: the id is none, litellm or a key is missing, or
-    a limit of cost cannot be kept since its price is not known. ``keys`` are looked for in this process's environment.
+    """UsageError if a model of the settings cannot be asked as they are: the id is none, a script, litellm or a key is missing, or
+    a limit of cost cannot be kept since its price is not known. ``keys`` and scripts are looked for where this process runs.
     """
     chosen = list(dict.fromkeys(settings.role(role) for role in ROLES))
+    if settings.model == HYBRID:
+        message = f"There is no model {HYBRID!r}; the ids are {MODEL_IDS}."
+        raise UsageError(message)
     for spec in chosen:
         require_known(spec)
     asked = [spec.removeprefix(LITELLM) for spec in chosen if spec.startswith(LITELLM)]
     for model in asked if keys else ():
         _require_key(model, settings.api_base)
+    for role in ROLES if keys else ():
+        if settings.role(role).startswith(SCRIPTED):
+            load_script(Path(settings.role(role).removeprefix(SCRIPTED)), role)
     if asked and settings.max_cost is not None and settings.max_tokens_total is None:
         _require_prices(asked, settings)
     elif settings.prices is not None:
@@ -43,7 +51,7 @@ def require_known(spec: str) -> None:
             )
             raise UsageError(message)
         _require_provider(spec.removeprefix(LITELLM))
-    elif spec != "geometric" and not spec.startswith("scripted:"):
+    elif spec != "geometric" and not (spec.startswith(SCRIPTED) and len(spec) > len(SCRIPTED)):
         message = f"There is no model {spec!r}; the ids are {MODEL_IDS}."
         raise UsageError(message)
 

@@ -166,7 +166,8 @@ class Library:
         for root in self._roots:
             if not root.is_dir():
                 raise PhotoError(
-                    f"there is no folder {root} to serve sequences from: create it or name another"
+                    f"there is no folder {root} to serve sequences from: create it or name another",
+                    "a folder that the server has sequences in is gone: whoever runs it has to bring it back",
                 )
 
     def sequences(self) -> list[Sequence]:
@@ -291,8 +292,17 @@ def _file_digest(path: Path) -> bytes:
 
 
 def _ambiguous(name: str, same: ListOf[Sequence]) -> str:
-    places = " and ".join(str(sequence.folder) for sequence in same)
+    places = " and ".join(_told_apart([sequence.folder for sequence in same]))
     return f"{len(same)} sequences are called {name!r} ({places}): change the name in one's {FILE_NAME}"
+
+
+def _told_apart(folders: ListOf[Path]) -> list[str]:
+    """As many last parts of the paths of different folders as tell them apart."""
+    for count in range(1, max(len(folder.parts) for folder in folders) + 1):
+        shown = [Path(*folder.parts[-count:]).as_posix() for folder in folders]
+        if len(set(shown)) == len(folders):
+            return shown
+    return [str(folder) for folder in folders]
 
 
 def _hidden(name: str) -> PhotoError:

@@ -53,8 +53,8 @@ RECORDS: tuple[ToolRecord, ...] = (
 )
 
 
-READING_FILES: tuple[ToolRecord, ...] = (adding.add_sequence,)
-"""Tools that read files of the user's own: offered only where folders are allowed."""
+READING_FILES: tuple[ToolRecord, ...] = (adding.add_sequence, adding.remove_sequence)
+"""Tools for sequences made of files of the user's own: offered only where folders are allowed."""
 
 FOR_EVALUATION: tuple[ToolRecord, ...] = (evaluating.measure_state,)
 """Tools that score states against others: offered only where that is asked for, since who folds has no use for them."""
@@ -78,7 +78,7 @@ def tools(
 
 def long_tools() -> list[str]:
     """The names of the tools whose calls can take seconds."""
-    return [record.name for record in (*RECORDS, *FOR_EVALUATION) if record.long]
+    return [record.name for record in (*RECORDS, *FOR_EVALUATION, *READING_FILES) if record.long]
 
 
 def _tool(record: ToolRecord) -> Tool:
