@@ -15,7 +15,8 @@ from client_runs import events, program, sequence, settings
 from distributed import LocalCluster
 from folding_client.batch import cluster
 from folding_client.batch.cluster import run_on_cluster
-from folding_client.batch.runner import BatchEntry, Listener
+from folding_client.batch.batch_entry import BatchEntry
+from folding_client.batch.scheduling import Listener
 from folding_client.interrupts import UsageError
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder

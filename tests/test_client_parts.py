@@ -13,7 +13,7 @@ from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy, without_repeated_pictures
 from folding_client.agent.tool_selection import on_offer
-from folding_client.batch.runner import sequences_of
+from folding_client.batch.sequence_lists import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
 from folding_client.models.scripted import load_script

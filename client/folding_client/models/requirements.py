@@ -5,10 +5,10 @@ from importlib.util import find_spec
 
 from folding_client.interrupts import UsageError
 from folding_client.models.prices import LITELLM, listed_price, read_prices
-from folding_client.settings import ROLES, Settings
+from folding_client.settings import ROLES, WITHOUT_ASKING, Settings
 
 MODEL_IDS = (
-    "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
+    "geometric, random, search, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
     "hybrid:PROVIDER/MODEL"
 )
 KEY_SUFFIX = "_API_KEY"
@@ -43,7 +43,7 @@ def require_known(spec: str) -> None:
             )
             raise UsageError(message)
         _require_provider(spec.removeprefix(LITELLM))
-    elif spec != "geometric" and not spec.startswith("scripted:"):
+    elif spec not in WITHOUT_ASKING and not spec.startswith("scripted:"):
         message = f"There is no model {spec!r}; the ids are {MODEL_IDS}."
         raise UsageError(message)
 
