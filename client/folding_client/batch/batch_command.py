@@ -21,7 +21,7 @@ from folding_client.batch.experiment import (
 )
 from folding_client.batch.runner import Batch, planned_batch, work_here
 from folding_client.batch.scheduling import BatchLimits
-from folding_client.batch.sequence_lists import iter_sequences, no_sequence, absolute_folders, shard_of
+from folding_client.batch.sequence_lists import absolute_folders, iter_sequences, no_sequence, shard_of
 from folding_client.exits import EXIT_DOUBTFUL, EXIT_STOPPED, finish
 from folding_client.interrupts import UsageError
 from folding_client.models.requirements import require_models

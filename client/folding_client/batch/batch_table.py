@@ -104,7 +104,7 @@ class BatchTable(Listener):
 
     def _time_left(self, runs: int) -> str:
         """How long the rest takes if it goes on as lately."""
-        if len(self._ends) < 2 or not runs:
+        if len(self._ends) < 2 or not self._sums.counts["running"]:
             return ""
         pace = (self._clock() - self._ends[0]) / (len(self._ends) - 1)
         return f"; about {_duration(pace * runs)} left"
