@@ -146,7 +146,7 @@ class Drawn(BatchTable):
         self._sums, self._budget = sums, budget
         self._ends.append(self._clock())
 
-    def ended(self, line: BatchEntry) -> None:
+    def ended(self, line: BatchEntry) -> None:  # noqa: ARG002
         """Draw now and then, and look at memory."""
         self._ends.append(self._clock())
         self._ended += 1

@@ -120,16 +120,20 @@ def test_a_retry_adds_to_the_sums_what_it_cost_itself(tmp_path: Path) -> None:
 
 
 def test_a_cancelled_batch_leaves_what_was_under_way_to_the_next(tmp_path: Path) -> None:
+    at_b = asyncio.Event()
+
+    at_b = asyncio.Event()
+
     class Hangs(MadeUp):
         async def __call__(self, task: BatchTask, watch: RunWatch) -> BatchEntry:
             if task.sequence.endswith("b"):
+                at_b.set()
                 await asyncio.sleep(60)
             return await super().__call__(task, watch)
 
     async def cancelled(queue: BatchQueue) -> None:
         batch = asyncio.ensure_future(queue.work_through(Hangs(), BatchLimits()))
-        while not queue.sums.counts["complete"]:
-            await asyncio.sleep(0)
+        await at_b.wait()
         batch.cancel()
         with pytest.raises(asyncio.CancelledError):
             await batch

@@ -14,8 +14,8 @@ import pytest
 from client_runs import events, program, sequence, settings
 from distributed import LocalCluster
 from folding_client.batch import cluster
-from folding_client.batch.cluster import run_on_cluster
 from folding_client.batch.batch_entry import BatchEntry
+from folding_client.batch.cluster import run_on_cluster
 from folding_client.batch.scheduling import Listener
 from folding_client.interrupts import UsageError
 from folding_client.record.event_log import EventLog, read_events

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -18,6 +18,9 @@ from folding_client.data_sets.import_command import import_purelandfold_command
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
 from folding_client.evaluation.evaluate_command import evaluate_command
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
+from folding_client.exports.inspect_logs import write_inspect_logs
+from folding_client.exports.recorded_run import recorded_runs
+from folding_client.exports.spans import send_spans
 from folding_client.interrupts import UsageError
 from folding_client.models.model_table import model_lines, model_table
 from folding_client.models.requirements import require_models
@@ -233,6 +236,32 @@ def critic_accuracy_command(
 
 app.command("evaluate")(evaluate_command)
 app.command("import-purelandfold")(import_purelandfold_command)
+
+
+@app.command("export-logs")
+def export_logs_command(
+    runs: Annotated[
+        list[Path], typer.Argument(parser=options.path, help="Run folders, or folders of them, at any depth.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", parser=options.path, help="Folder for logs in Inspect's format."),
+    ] = None,
+    kind: Annotated[Literal["eval", "json"], typer.Option("--format", help="eval or json.")] = "eval",
+    images: Annotated[bool, typer.Option(help="Keep the pictures in the logs.")] = True,
+    spans: Annotated[
+        bool, typer.Option("--spans", help="Send OpenTelemetry spans to OTEL_EXPORTER_OTLP_ENDPOINT.")
+    ] = False,
+) -> None:
+    """Write recorded runs as logs of Inspect, or send them as OpenTelemetry spans."""
+    if out is None and not spans:
+        message = "Name a folder for the logs with -o, or give --spans."
+        raise UsageError(message)
+    if out is not None:
+        for file in write_inspect_logs(recorded_runs(runs), out, kind, images=images):
+            typer.echo(file)
+    if spans:
+        typer.echo(f"{send_spans(recorded_runs(runs))} spans sent.")
 
 
 @app.command("models")
