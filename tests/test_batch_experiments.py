@@ -132,6 +132,19 @@ def test_a_mistake_in_an_experiment_is_one_sentence(tmp_path: Path, text: str, s
     assert refused.stderr.count("\n") == 1
 
 
+def test_a_ceiling_that_cannot_be_kept_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", PLANTED_KEY)
+    model = "litellm/openai/a-model-of-our-own"
+    refused = command(
+        "batch", two(tmp_path), "--model", model, "--max-batch-cost", 5, "--out", tmp_path / "runs"
+    )
+    assert refused.returncode == 2
+    assert refused.stderr == (
+        "The price of openai/a-model-of-our-own is not known, so --max-batch-cost 5 cannot be kept; give its price with "
+        "--prices FILE.\n"
+    )
+
+
 def test_a_baseline_is_an_agent_and_no_critic(tmp_path: Path) -> None:
     for words in (("--model", "random", "--variant", "vlm-s"), ("--model", MODEL, "--critic", "search")):
         refused = command("run", sequence(2), "--out", tmp_path / "run", *words)

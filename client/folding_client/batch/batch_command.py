@@ -12,7 +12,7 @@ from rich.console import Console
 
 from folding_client.batch.batch_entry import BatchEntry
 from folding_client.batch.batch_table import BatchTable
-from folding_client.batch.conditions import Condition, conditions_of
+from folding_client.batch.conditions import conditions_of
 from folding_client.batch.experiment import (
     EXPERIMENT_SUFFIXES,
     Experiment,
@@ -24,7 +24,7 @@ from folding_client.batch.scheduling import BatchLimits
 from folding_client.batch.sequence_lists import absolute_folders, iter_sequences, no_sequence, shard_of
 from folding_client.exits import EXIT_DOUBTFUL, EXIT_STOPPED, finish
 from folding_client.interrupts import UsageError
-from folding_client.models.requirements import require_models
+from folding_client.models.requirements import require_models, require_prices
 from folding_client.record.redaction import redact
 from folding_client.setting_sources import settings_from
 
@@ -54,10 +54,9 @@ def carry_out_batch(source: Path, options: BatchOptions, *, as_json: bool) -> in
     options = _with_experiment(options, experiment)
     batch = _batch(source, experiment, options)
     for condition in batch.conditions:
-        limited = condition.settings.model_copy(
-            update={"max_cost": _least(condition, options.max_batch_cost)}
-        )
-        require_models(limited, keys=options.dask is None)
+        require_models(condition.settings, keys=options.dask is None)
+        if batch.most_cost is not None:
+            require_prices(condition.settings, f"--max-batch-cost {batch.most_cost:g}")
     with planned_batch(batch, BatchTable(Console(stderr=True))) as planned:
         if not planned.queue.sums.runs:
             raise no_sequence(source)
@@ -103,11 +102,6 @@ def _batch(source: Path, experiment: Experiment | None, options: BatchOptions) -
     limits = BatchLimits(options.jobs or 1, options.tries or 1)
     out = (options.out or DEFAULT_OUT).resolve()
     return Batch(absolute_folders(found, shard), conditions, out, limits, options.max_batch_cost)
-
-
-def _least(condition: Condition, most_cost: float | None) -> float | None:
-    """A limit of cost that has to be kept: the price of the model has to be known for either."""
-    return condition.settings.max_cost or most_cost
 
 
 def _told(entries: Iterable[BatchEntry], out: Path, *, as_json: bool) -> int:

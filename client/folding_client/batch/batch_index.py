@@ -10,7 +10,7 @@ import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, Self
@@ -149,7 +149,7 @@ class BatchIndex:
         status = "complete" if entry.is_done else entry.status
         self._database.execute(
             "UPDATE runs SET status = ?, tokens = ?, cost = ?, entry = ? WHERE number = ?",
-            (status, entry.tokens, entry.cost, json.dumps(asdict(entry)), task.number),
+            (status, entry.tokens, entry.cost, json.dumps(vars(entry)), task.number),
         )
 
     def was_begun(self, task: BatchTask) -> bool:

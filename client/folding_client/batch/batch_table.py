@@ -17,6 +17,8 @@ from folding_client.record.redaction import redact
 
 _ROWS = 12
 """Runs under way that are shown: half of a small terminal."""
+_OPEN = ("running", "interrupted", "failed", "stopped", "waiting")
+"""The statuses of runs that are not complete, in the order in which they are told."""
 _LATELY = 200
 """Runs whose ends tell how fast the batch goes: enough to even out long and short ones."""
 _A_SECOND = 4
@@ -74,12 +76,10 @@ class BatchTable(Listener):
     def summary(self) -> str:
         """How far the batch is, in a line."""
         counts = self._sums.counts
-        waiting = counts["waiting"] + counts["interrupted"]
         parts = [f"{counts['complete']} of {self._sums.runs} runs complete"]
         parts += [f"{self._skipped} of them before"] if self._skipped else []
-        parts += [f"{counts[each]} {each}" for each in ("running", "failed", "stopped") if counts[each]]
-        parts += [f"{waiting} waiting"] if waiting else []
-        return f"{', '.join(parts)}{self._spent()}{self._time_left(counts['running'] + waiting)}"
+        parts += [f"{counts[each]} {each}" for each in _OPEN if counts[each]]
+        return f"{', '.join(parts)}{self._spent()}{self._time_left()}"
 
     def drawn(self) -> Group:
         """The table with its line of sums."""
@@ -102,9 +102,10 @@ class BatchTable(Listener):
             said += f"{',' if said else ';'} ${self._budget.spent:.4f}{most}"
         return said
 
-    def _time_left(self, runs: int) -> str:
+    def _time_left(self) -> str:
         """How long the rest takes if it goes on as lately."""
-        if len(self._ends) < 2 or not self._sums.counts["running"]:
+        runs = self._sums.counts["running"] + self._sums.counts["waiting"]
+        if len(self._ends) < 2 or not self._running:
             return ""
         pace = (self._clock() - self._ends[0]) / (len(self._ends) - 1)
         return f"; about {_duration(pace * runs)} left"

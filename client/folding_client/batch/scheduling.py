@@ -99,6 +99,9 @@ class BatchQueue:
             self._listener.begun(watch)
             try:
                 entry = await work(task, watch)
+            except asyncio.CancelledError:
+                self._moved("running", "interrupted")
+                raise
             finally:
                 self._listener.left(watch)
             watch.spent(entry.tokens, entry.cost)

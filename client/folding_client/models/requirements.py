@@ -28,7 +28,9 @@ def require_models(settings: Settings, *, keys: bool = True) -> None:
     for model in asked if keys else ():
         _require_key(model, settings.api_base)
     if asked and settings.max_cost is not None and settings.max_tokens_total is None:
-        _require_prices(asked, settings)
+        require_prices(
+            settings, f"--max-cost {settings.max_cost:g}", ", or limit the tokens with --max-tokens-total"
+        )
     elif settings.prices is not None:
         read_prices(settings.prices)
 
@@ -76,12 +78,13 @@ def _require_key(model: str, api_base: str | None) -> None:
         raise UsageError(message)
 
 
-def _require_prices(models: Iterable[str], settings: Settings) -> None:
+def require_prices(settings: Settings, limit: str, otherwise: str = "") -> None:
+    """UsageError if a model of the settings has no known price, so that a ``limit`` of cost, in words, cannot be kept;
+    ``otherwise`` says what else can be done.
+    """
     given = read_prices(settings.prices)
-    for model in models:
-        if model not in given and listed_price(model) is None:
-            message = (
-                f"The price of {model} is not known, so --max-cost {settings.max_cost:g} cannot be kept; give its price "
-                "with --prices FILE, or limit the tokens with --max-tokens-total."
-            )
+    for spec in dict.fromkeys(settings.role(role) for role in ROLES):
+        model = spec.removeprefix(LITELLM)
+        if spec.startswith(LITELLM) and model not in given and listed_price(model) is None:
+            message = f"The price of {model} is not known, so {limit} cannot be kept; give its price with --prices FILE{otherwise}."
             raise UsageError(message)
