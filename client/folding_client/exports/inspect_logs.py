@@ -1,22 +1,24 @@
 """Recorded runs as logs of Inspect (``inspect_ai``): a log for each condition, a sample for each sequence."""
 
-import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from folding_client.batch.batch_entry import BatchEntry
-from folding_client.exports.conversation import Said, agent_conversation
-from folding_client.exports.recorded_run import ModelTurn, RecordedRun, ToolTurn, data_url, when
+from folding_client.exports.conversation import agent_conversation
+from folding_client.exports.inspect_messages import (
+    inspect_events,
+    inspect_message,
+    inspect_usage,
+    last_output,
+)
+from folding_client.exports.recorded_run import RecordedRun
 from folding_client.interrupts import UsageError
 
 if TYPE_CHECKING:
-    from inspect_ai.event import Event as InspectEvent
-    from inspect_ai.log import EvalLog, EvalSample
-    from inspect_ai.model import ChatMessage, ModelOutput, ModelUsage
-    from inspect_ai.tool import ToolCall
+    from inspect_ai.log import EvalLog, EvalResults, EvalSample, EvalSpec, EvalStats
 
 InspectFormat = Literal["eval", "json"]
 TASK = "folding"
@@ -59,47 +61,56 @@ def _condition(entry: BatchEntry) -> tuple[str, str, str]:
 
 def eval_log(runs: list[RecordedRun], *, images: bool) -> "EvalLog":
     """The log of runs of one condition."""
-    from inspect_ai.log import (
-        EvalConfig,
-        EvalDataset,
-        EvalLog,
-        EvalMetric,
-        EvalResults,
-        EvalScore,
-        EvalSpec,
-        EvalStats,
-    )
+    from inspect_ai.log import EvalLog
 
-    about, entries = runs[0].about, [run.entry for run in runs]
     samples = [_sample(run, images=images) for run in runs]
-    means = {name: fmean(_scores(entry)[name] for entry in entries) for name in _scores(entries[0])}
     return EvalLog(
         status="success",
-        eval=EvalSpec(
-            created=about["created"],
-            task=TASK,
-            task_args={"variant": entries[0].variant, "seed": entries[0].seed},
-            model=entries[0].model,
-            dataset=EvalDataset(
-                name="sequences", samples=len(runs), sample_ids=[each.sequence for each in entries]
-            ),
-            config=EvalConfig(),
-            packages={name: str(version) for name, version in about["versions"].items()},
-            metadata={"settings": about["settings"]},
-        ),
-        results=EvalResults(
-            total_samples=len(runs),
-            completed_samples=sum(entry.status == "complete" for entry in entries),
-            scores=[
-                EvalScore(name=name, scorer=name, metrics={"mean": EvalMetric(name="mean", value=value)})
-                for name, value in means.items()
-            ],
-        ),
-        stats=EvalStats(
-            started_at=min(sample.started_at for sample in samples if sample.started_at),
-            completed_at=max(sample.completed_at for sample in samples if sample.completed_at),
-        ),
+        eval=_spec(runs),
+        results=_results([run.entry for run in runs]),
+        stats=_stats(samples),
         samples=samples,
+    )
+
+
+def _spec(runs: list[RecordedRun]) -> "EvalSpec":
+    """What was run: the condition, the sequences, the versions."""
+    from inspect_ai.log import EvalConfig, EvalDataset, EvalSpec
+
+    about, entries = runs[0].about, [run.entry for run in runs]
+    return EvalSpec(
+        created=about["created"],
+        task=TASK,
+        task_args={"variant": entries[0].variant, "seed": entries[0].seed},
+        model=entries[0].model,
+        dataset=EvalDataset(
+            name="sequences", samples=len(runs), sample_ids=[each.sequence for each in entries]
+        ),
+        config=EvalConfig(),
+        packages={name: str(version) for name, version in about["versions"].items()},
+        metadata={"settings": about["settings"]},
+    )
+
+
+def _results(entries: list[BatchEntry]) -> "EvalResults":
+    """How many runs are complete, and the means of their scores."""
+    from inspect_ai.log import EvalMetric, EvalResults, EvalScore
+
+    scores = []
+    for name in _scores(entries[0]):
+        mean = EvalMetric(name="mean", value=fmean(_scores(entry)[name] for entry in entries))
+        scores.append(EvalScore(name=name, scorer=name, metrics={"mean": mean}))
+    complete = sum(entry.status == "complete" for entry in entries)
+    return EvalResults(total_samples=len(entries), completed_samples=complete, scores=scores)
+
+
+def _stats(samples: "list[EvalSample]") -> "EvalStats":
+    """When the first run began and the last ended."""
+    from inspect_ai.log import EvalStats
+
+    return EvalStats(
+        started_at=min((each.started_at for each in samples if each.started_at), default=""),
+        completed_at=max((each.completed_at for each in samples if each.completed_at), default=""),
     )
 
 
@@ -117,16 +128,16 @@ def _sample(run: RecordedRun, *, images: bool) -> "EvalSample":
 
     entry, about = run.entry, run.about
     scores: dict[str, Score] = {name: Score(value=value) for name, value in _scores(entry).items()}
-    usage = {name: _usage(totals) for name, totals in about.get("totals", {}).items()}
+    usage = {name: inspect_usage(totals) for name, totals in about.get("totals", {}).items()}
     return EvalSample(
         id=entry.sequence,
         epoch=1,
         input=f"Reconstruct the {entry.frames} keyframes of {entry.sequence}.",
         target="",
-        messages=[_message(run, said, images=images) for said in agent_conversation(run)],
-        output=_last_output(run),
+        messages=[inspect_message(run, said, images=images) for said in agent_conversation(run)],
+        output=last_output(run),
         scores=scores,
-        events=list(_events(run, images=images)),
+        events=list(inspect_events(run, images=images)),
         role_usage=usage,
         started_at=None if run.first is None else run.first.isoformat(),
         completed_at=None if run.last is None else run.last.isoformat(),
@@ -142,122 +153,3 @@ def _sample(run: RecordedRun, *, images: bool) -> "EvalSample":
             "cost": entry.cost,
         },
     )
-
-
-def _usage(totals: Mapping[str, Any]) -> "ModelUsage":
-    from inspect_ai.model import ModelUsage
-
-    return ModelUsage(
-        input_tokens=totals["input_tokens"],
-        output_tokens=totals["output_tokens"],
-        total_tokens=totals["input_tokens"] + totals["output_tokens"],
-        input_tokens_cache_read=totals["cached_tokens"],
-        reasoning_tokens=totals["thinking_tokens"],
-        total_cost=totals["cost"],
-    )
-
-
-def _message(run: RecordedRun, said: Said, *, images: bool) -> "ChatMessage":
-    from inspect_ai.model import (
-        ChatMessageAssistant,
-        ChatMessageSystem,
-        ChatMessageTool,
-        ChatMessageUser,
-        ContentImage,
-        ContentReasoning,
-        ContentText,
-    )
-
-    urls = [data_url(run, picture) for picture in said.images] if images else []
-    content: list[Any] = [ContentReasoning(reasoning=said.thinking)] if said.thinking else []
-    content += [ContentText(text=said.text), *(ContentImage(image=url) for url in urls if url)]
-    match said.role:
-        case "system":
-            return ChatMessageSystem(content=said.text)
-        case "tool":
-            return ChatMessageTool(content=content, tool_call_id=said.call_id, function=said.tool)
-        case "assistant":
-            calls = [_call(call) for call in said.calls]
-            return ChatMessageAssistant(
-                content=content, tool_calls=calls or None, model=run.model_of("agent")
-            )
-        case _:
-            return ChatMessageUser(content=content)
-
-
-def _call(call: Mapping[str, str]) -> "ToolCall":
-    """A call as its model wrote it; arguments that are no JSON object are told as an error."""
-    from inspect_ai.tool import ToolCall
-
-    try:
-        arguments = json.loads(call["arguments"] or "{}")
-    except ValueError as error:
-        return ToolCall(id=call["id"], function=call["name"], arguments={}, parse_error=str(error))
-    fitting = arguments if isinstance(arguments, dict) else {"arguments": arguments}
-    return ToolCall(id=call["id"], function=call["name"], arguments=fitting)
-
-
-def _last_output(run: RecordedRun) -> "ModelOutput":
-    from inspect_ai.model import ModelOutput
-
-    replies = [
-        turn for turn in run.turns if isinstance(turn, ModelTurn) and turn.role == "agent" and turn.reply
-    ]
-    return _output(run, replies[-1]) if replies else ModelOutput(model=run.model_of("agent"))
-
-
-def _output(run: RecordedRun, turn: ModelTurn) -> "ModelOutput":
-    from inspect_ai.model import ChatCompletionChoice, ChatMessageAssistant, ModelOutput
-
-    reply = turn.reply
-    if reply is None or reply["kind"] == "unreadable":
-        why = "the run was cut short" if reply is None else reply["reason"]
-        return ModelOutput(model=run.model_of(turn.role), error=why)
-    calls = [_call(call) for call in reply["calls"]]
-    message = ChatMessageAssistant(content=reply["text"], tool_calls=calls or None)
-    reason: Any = {"tool_calls": "tool_calls", "length": "max_tokens"}.get(reply["finish_reason"], "stop")
-    return ModelOutput(
-        model=run.model_of(turn.role),
-        choices=[ChatCompletionChoice(message=message, stop_reason=reason)],
-        usage=_usage(reply["usage"]),
-        time=reply["seconds"],
-    )
-
-
-def _events(run: RecordedRun, *, images: bool) -> "Iterator[InspectEvent]":
-    """Model events with the messages that were new to the conversation, and tool events, in order."""
-    from inspect_ai.event import ModelEvent, ToolEvent
-    from inspect_ai.model import GenerateConfig
-    from inspect_ai.tool import ToolCallError
-
-    for turn in run.turns:
-        if isinstance(turn, ModelTurn):
-            new = [Said.of_message(entry) for entry in turn.request["new"]]
-            yield ModelEvent(
-                timestamp=when(turn.request),
-                model=run.model_of(turn.role),
-                role=turn.role,
-                input=[_message(run, said, images=images) for said in new],
-                tools=[],
-                tool_choice="auto",
-                config=GenerateConfig(),
-                output=_output(run, turn),
-                completed=when(turn.reply) if turn.reply else None,
-            )
-        else:
-            failed = turn.result is not None and turn.result["is_error"]
-            yield ToolEvent(
-                timestamp=when(turn.call),
-                id=_tool_id(turn),
-                function=turn.call["name"],
-                arguments=turn.call["arguments"],
-                result=turn.text,
-                error=ToolCallError(type="unknown", message=turn.text) if failed else None,
-                completed=when(turn.result) if turn.result else None,
-                agent=turn.call["by"],
-                failed=failed or None,
-            )
-
-
-def _tool_id(turn: ToolTurn) -> str:
-    return turn.call["id"] or f"{turn.call['by']}_{turn.call['seq']}"

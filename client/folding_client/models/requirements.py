@@ -1,6 +1,5 @@
 """What the models of a run need before it can begin: ids that are known, litellm, keys, prices to keep a limit by."""
 
-from collections.abc import Iterable
 from importlib.util import find_spec
 
 from folding_client.interrupts import UsageError
