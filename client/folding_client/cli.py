@@ -18,8 +18,8 @@ from folding_client.data_sets.import_command import import_purelandfold_command
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
 from folding_client.evaluation.evaluate_command import evaluate_command
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
+from folding_client.exports.exported_run import exported_runs
 from folding_client.exports.inspect_logs import write_inspect_logs
-from folding_client.exports.recorded_run import recorded_runs
 from folding_client.exports.spans import send_spans
 from folding_client.interrupts import UsageError
 from folding_client.models.model_table import model_lines, model_table
@@ -258,10 +258,10 @@ def export_logs_command(
         message = "Name a folder for the logs with -o, or give --spans."
         raise UsageError(message)
     if out is not None:
-        for file in write_inspect_logs(recorded_runs(runs), out, kind, images=images):
+        for file in write_inspect_logs(exported_runs(runs), out, kind, images=images):
             typer.echo(file)
     if spans:
-        typer.echo(f"{send_spans(recorded_runs(runs))} spans sent.")
+        typer.echo(f"{send_spans(exported_runs(runs))} spans sent.")
 
 
 @app.command("models")

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from folding_client.exports.recorded_run import ModelTurn, RecordedRun, ToolTurn
+from folding_client.exports.exported_run import ExportedRun, ModelTurn, ToolTurn
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Said:
         )
 
 
-def agent_conversation(run: RecordedRun) -> Iterator[Said]:
+def agent_conversation(run: ExportedRun) -> Iterator[Said]:
     """The messages in order. Every step begins with its own opening; a result that no query carried, such as that of the
     save which ends a step, is told by what the tool answered.
     """

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Literal
 
 from folding_client.batch.batch_entry import BatchEntry
 from folding_client.exports.conversation import agent_conversation
+from folding_client.exports.exported_run import ExportedRun
 from folding_client.exports.inspect_messages import (
     inspect_events,
     inspect_message,
     inspect_usage,
     last_output,
 )
-from folding_client.exports.recorded_run import RecordedRun
 from folding_client.interrupts import UsageError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def require_inspect() -> None:
 
 
 def write_inspect_logs(
-    runs: Iterable[RecordedRun], out: Path, kind: InspectFormat, *, images: bool
+    runs: Iterable[ExportedRun], out: Path, kind: InspectFormat, *, images: bool
 ) -> list[Path]:
     """Write a log for each model, variant and seed; the files. UsageError without ``inspect_ai``."""
     require_inspect()
@@ -59,7 +59,7 @@ def _condition(entry: BatchEntry) -> tuple[str, str, str]:
     return entry.model, entry.variant, str(entry.seed)
 
 
-def eval_log(runs: list[RecordedRun], *, images: bool) -> "EvalLog":
+def eval_log(runs: list[ExportedRun], *, images: bool) -> "EvalLog":
     """The log of runs of one condition."""
     from inspect_ai.log import EvalLog
 
@@ -73,7 +73,7 @@ def eval_log(runs: list[RecordedRun], *, images: bool) -> "EvalLog":
     )
 
 
-def _spec(runs: list[RecordedRun]) -> "EvalSpec":
+def _spec(runs: list[ExportedRun]) -> "EvalSpec":
     """What was run: the condition, the sequences, the versions."""
     from inspect_ai.log import EvalConfig, EvalDataset, EvalSpec
 
@@ -122,7 +122,7 @@ def _scores(entry: BatchEntry) -> dict[str, float]:
     }
 
 
-def _sample(run: RecordedRun, *, images: bool) -> "EvalSample":
+def _sample(run: ExportedRun, *, images: bool) -> "EvalSample":
     from inspect_ai.log import EvalSample
     from inspect_ai.scorer import Score
 

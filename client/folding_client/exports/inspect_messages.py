@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from folding_client.exports.conversation import Said
-from folding_client.exports.recorded_run import ModelTurn, RecordedRun, ToolTurn, data_url, when
+from folding_client.exports.exported_run import ExportedRun, ModelTurn, ToolTurn, data_url, when
 
 if TYPE_CHECKING:
     from inspect_ai.event import Event as InspectEvent
@@ -28,7 +28,7 @@ def inspect_usage(totals: Mapping[str, Any]) -> "ModelUsage":
     )
 
 
-def inspect_message(run: RecordedRun, said: Said, *, images: bool) -> "ChatMessage":
+def inspect_message(run: ExportedRun, said: Said, *, images: bool) -> "ChatMessage":
     """A message as Inspect has it; pictures as ``data:`` URLs."""
     from inspect_ai.model import (
         ChatMessageAssistant,
@@ -69,7 +69,7 @@ def _call(call: Mapping[str, str]) -> "ToolCall":
     return ToolCall(id=call["id"], function=call["name"], arguments=fitting)
 
 
-def last_output(run: RecordedRun) -> "ModelOutput":
+def last_output(run: ExportedRun) -> "ModelOutput":
     """What the agent replied last."""
     from inspect_ai.model import ModelOutput
 
@@ -79,7 +79,7 @@ def last_output(run: RecordedRun) -> "ModelOutput":
     return _output(run, replies[-1]) if replies else ModelOutput(model=run.model_of("agent"))
 
 
-def _output(run: RecordedRun, turn: ModelTurn) -> "ModelOutput":
+def _output(run: ExportedRun, turn: ModelTurn) -> "ModelOutput":
     from inspect_ai.model import ChatCompletionChoice, ChatMessageAssistant, ModelOutput
 
     reply = turn.reply
@@ -97,13 +97,13 @@ def _output(run: RecordedRun, turn: ModelTurn) -> "ModelOutput":
     )
 
 
-def inspect_events(run: RecordedRun, *, images: bool) -> "Iterator[InspectEvent]":
+def inspect_events(run: ExportedRun, *, images: bool) -> "Iterator[InspectEvent]":
     """Model events with the messages that were new to the conversation, and tool events, in order."""
     for turn in run.turns:
         yield _tool_event(turn) if isinstance(turn, ToolTurn) else _model_event(run, turn, images=images)
 
 
-def _model_event(run: RecordedRun, turn: ModelTurn, *, images: bool) -> "ModelEvent":
+def _model_event(run: ExportedRun, turn: ModelTurn, *, images: bool) -> "ModelEvent":
     from inspect_ai.event import ModelEvent
     from inspect_ai.model import GenerateConfig
 

@@ -10,7 +10,7 @@ from datetime import datetime
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
-from folding_client.exports.recorded_run import ModelTurn, RecordedRun, ToolTurn, when
+from folding_client.exports.exported_run import ExportedRun, ModelTurn, ToolTurn, when
 from folding_client.interrupts import UsageError
 from folding_client.record.event_log import Event
 from folding_client.settings import WITHOUT_ASKING
@@ -25,7 +25,7 @@ ENDPOINT_VARIABLES = ("OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_
 AGENT_NAME = "foldingagent"
 
 
-def send_spans(runs: Iterable[RecordedRun], environment: Mapping[str, str] = os.environ) -> int:
+def send_spans(runs: Iterable[ExportedRun], environment: Mapping[str, str] = os.environ) -> int:
     """Send the spans of runs; how many. UsageError without the packages or a collector's address, or if it does not take
     them.
     """
@@ -55,7 +55,7 @@ def send_spans(runs: Iterable[RecordedRun], environment: Mapping[str, str] = os.
     return sent
 
 
-def run_spans(run: RecordedRun) -> list[Any]:
+def run_spans(run: ExportedRun) -> list[Any]:
     """The spans of a run, as OpenTelemetry's SDK has them."""
     from opentelemetry.sdk.resources import Resource
     from opentelemetry.sdk.trace import TracerProvider
@@ -70,7 +70,7 @@ def run_spans(run: RecordedRun) -> list[Any]:
     return list(kept.get_finished_spans())
 
 
-def _ids(run: RecordedRun) -> "IdGenerator":
+def _ids(run: ExportedRun) -> "IdGenerator":
     """Ids that are the same whenever a run is exported."""
     from opentelemetry.sdk.trace.id_generator import IdGenerator
 
@@ -90,7 +90,7 @@ def _ids(run: RecordedRun) -> "IdGenerator":
     return _OfRun()
 
 
-def _trace(run: RecordedRun, tracer: "Tracer") -> None:
+def _trace(run: ExportedRun, tracer: "Tracer") -> None:
     """The agent's invocation, and within it every query and every call."""
     from opentelemetry.trace import SpanKind, set_span_in_context
 
@@ -115,7 +115,7 @@ def _trace(run: RecordedRun, tracer: "Tracer") -> None:
     root.end(_nanoseconds(run.last))
 
 
-def _about(run: RecordedRun) -> dict[str, Any]:
+def _about(run: ExportedRun) -> dict[str, Any]:
     """What the span of the whole run says."""
     entry = run.entry
     return {
@@ -131,7 +131,7 @@ def _about(run: RecordedRun) -> dict[str, Any]:
     }
 
 
-def _invoke_role(run: RecordedRun, turn: ModelTurn, tracer: "Tracer", parent: "Context") -> None:
+def _invoke_role(run: ExportedRun, turn: ModelTurn, tracer: "Tracer", parent: "Context") -> None:
     """A query of another role than the agent's: that role's own invocation within the agent's."""
     from opentelemetry.trace import set_span_in_context
 
@@ -145,7 +145,7 @@ def _invoke_role(run: RecordedRun, turn: ModelTurn, tracer: "Tracer", parent: "C
     span.end(_over(run, turn.request, turn.reply))
 
 
-def _chat(run: RecordedRun, turn: ModelTurn, tracer: "Tracer", parent: "Context") -> None:
+def _chat(run: ExportedRun, turn: ModelTurn, tracer: "Tracer", parent: "Context") -> None:
     """A query of a model."""
     from opentelemetry.trace import SpanKind
 
@@ -170,7 +170,7 @@ def _chat(run: RecordedRun, turn: ModelTurn, tracer: "Tracer", parent: "Context"
     span.end(_over(run, turn.request, turn.reply))
 
 
-def _execute_tool(run: RecordedRun, turn: ToolTurn, tracer: "Tracer", parent: "Context") -> None:
+def _execute_tool(run: ExportedRun, turn: ToolTurn, tracer: "Tracer", parent: "Context") -> None:
     """A call of a tool, for the agent or for the client itself."""
     call, result = turn.call, turn.result
     attributes = {
@@ -190,12 +190,12 @@ def _execute_tool(run: RecordedRun, turn: ToolTurn, tracer: "Tracer", parent: "C
     span.end(_over(run, call, result))
 
 
-def _over(run: RecordedRun, begun: Event, ended: Event | None) -> int:
+def _over(run: ExportedRun, begun: Event, ended: Event | None) -> int:
     """When something ended: with the record, if the run was cut short."""
     return _nanoseconds(when(ended) if ended else run.last or when(begun))
 
 
-def _operation(name: str, run: RecordedRun, role: str) -> dict[str, Any]:
+def _operation(name: str, run: ExportedRun, role: str) -> dict[str, Any]:
     """What every span of a model says."""
     model = run.model_of(role)
     asks_nobody = model in WITHOUT_ASKING or model.startswith("scripted:")
@@ -207,7 +207,7 @@ def _operation(name: str, run: RecordedRun, role: str) -> dict[str, Any]:
     }
 
 
-def _total(run: RecordedRun, name: str) -> int:
+def _total(run: ExportedRun, name: str) -> int:
     return sum(totals[name] for totals in run.about.get("totals", {}).values())
 
 

@@ -44,7 +44,7 @@ Turn = ModelTurn | ToolTurn
 
 
 @dataclass(frozen=True)
-class RecordedRun:
+class ExportedRun:
     """A run's folder, what ``run.json`` says, and the turns in order of their beginning; ``first`` and ``last`` are times."""
 
     folder: Path
@@ -66,7 +66,7 @@ class RecordedRun:
         return str(self.about["models"].get(role, role))
 
 
-def recorded_runs(places: Iterable[Path]) -> Iterator[RecordedRun]:
+def exported_runs(places: Iterable[Path]) -> Iterator[ExportedRun]:
     """The runs in folders, at any depth, in order of path. UsageError if a place holds none, or a record is damaged."""
     for place in places:
         found = False
@@ -75,19 +75,19 @@ def recorded_runs(places: Iterable[Path]) -> Iterator[RecordedRun]:
             if "run.json" in files:
                 inner.clear()
                 found = True
-                yield recorded_run(Path(folder))
+                yield exported_run(Path(folder))
         if not found:
             message = f"{place} holds no recorded run; name run folders, or a folder of them."
             raise UsageError(message)
 
 
-def recorded_run(folder: Path) -> RecordedRun:
+def exported_run(folder: Path) -> ExportedRun:
     """The run in a folder. UsageError if its record is damaged."""
     about = RunFolder(folder).description("models", "outcome")
     file = folder / "events.jsonl"
     events = list(read_events(file)) if file.exists() else []
     times = [when(event) for event in events]
-    return RecordedRun(folder, about, _turns(events), min(times, default=None), max(times, default=None))
+    return ExportedRun(folder, about, _turns(events), min(times, default=None), max(times, default=None))
 
 
 def when(event: Event) -> datetime:
@@ -95,7 +95,7 @@ def when(event: Event) -> datetime:
     return datetime.fromisoformat(event["time"])
 
 
-def data_url(run: RecordedRun, picture: Mapping[str, str]) -> str | None:
+def data_url(run: ExportedRun, picture: Mapping[str, str]) -> str | None:
     """A picture of a run as a ``data:`` URL; None if its file is gone."""
     try:
         data = (run.folder / picture["file"]).read_bytes()
