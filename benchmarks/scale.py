@@ -46,6 +46,7 @@ MEASURED: Mapping[str, float] = {
 }
 """A run of the geometric model (docs/scale.md): seconds are log-normal by median and sigma. No run failed there, and it costs
 nothing, so that the shares of runs that fail once or always, and dollars, are assumptions that put the bookkeeping to work."""
+LEDGER = "ledger"
 JOBS = 256
 TRIES = 3
 CEILING_AT = 0.3
@@ -60,25 +61,33 @@ SAMPLES = 20
 
 
 class Ledger:
-    """What the made-up runs left behind: a letter for each try that ended, in a file for all, at the sequence's place.
+    """What the made-up runs left behind: a line for each try that ended, written at once, before the batch is told of it.
 
-    A real run says in its folder that it is complete, before the batch knows; so does a place here.
+    A real run says in its folder that it is complete, before the batch knows; so does a line here.
     """
 
     def __init__(self, path: Path, count: int) -> None:
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT)
-        os.ftruncate(self._file, count)
-        self._log = os.open(path.with_suffix(".log"), os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        self._log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        self._complete = bytearray(count)
+        for number, complete in lines_of(path):
+            self._complete[number] |= complete
 
     def is_complete(self, number: int) -> bool:
         """Whether the sequence was done."""
-        return os.pread(self._file, 1, number) == b"c"
+        return bool(self._complete[number])
 
     def ended(self, number: int, *, complete: bool) -> None:
-        """A try ended: written before the batch is told."""
+        """A try ended."""
         os.write(self._log, f"{number} {'c' if complete else 'f'}\n".encode())
-        if complete:
-            os.pwrite(self._file, b"c", number)
+        self._complete[number] |= complete
+
+
+def lines_of(path: Path) -> Iterator[tuple[int, bool]]:
+    """The tries in a ledger: the sequence, and whether it was complete then."""
+    with path.open(encoding="ascii") as log:
+        for line in log:
+            number, _, how = line.strip().partition(" ")
+            yield int(number), how == "c"
 
 
 def sequences(count: int) -> Iterator[Path]:
@@ -171,7 +180,7 @@ def work_once(home: Path, count: int, ceiling: float | None) -> dict[str, Any]:
     """Begin the batch, or go on with it, until it is done or at its ceiling."""
     started = time.perf_counter()
     conditions = [Condition(Settings())]
-    ledger = Ledger(home / "ledger", count)
+    ledger = Ledger(home / LEDGER, count)
     with BatchIndex(home / "runs") as index:
         index.add(sequences(count), conditions)
         planned = time.perf_counter()
@@ -220,16 +229,13 @@ def measure(home: Path, count: int, kills: int, seed: int) -> dict[str, Any]:
 
 def counted(home: Path, count: int) -> dict[str, int]:
     """What the ledger says of the sequences: complete once, complete more often, never; and tries that failed."""
-    complete = bytearray(count)
+    done = bytearray(count)
     failed = 0
-    with (home / "ledger.log").open(encoding="ascii") as log:
-        for line in log:
-            number, _, how = line.strip().partition(" ")
-            if how == "c":
-                complete[int(number)] += 1
-            failed += how == "f"
-    once = complete.count(1)
-    never = complete.count(0)
+    for number, complete in lines_of(home / LEDGER):
+        done[number] += complete
+        failed += not complete
+    once = done.count(1)
+    never = done.count(0)
     return {
         "complete_once": once,
         "complete_twice": count - once - never,
@@ -258,7 +264,7 @@ def _killed(home: Path, count: int, chance: Random) -> int:
     """Begin again, and kill the process after a random share of what is left; answers how many are complete then."""
     left = counted(home, count)["never_complete"]
     goal = count - left + int(left * chance.uniform(0.2, 0.6))
-    log = home / "ledger.log"
+    log = home / LEDGER
     start = log.stat().st_size
     per_line = start / max(sum(1 for _ in log.open(encoding="ascii")), 1)
     enough = start + (goal - (count - left)) * per_line

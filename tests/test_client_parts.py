@@ -283,7 +283,7 @@ def test_a_batch_s_sequences_come_from_a_folder_or_a_list(tmp_path: Path) -> Non
 def test_the_client_imports_neither_server_nor_geometry() -> None:
     code = (
         "import sys, folding_client.cli, folding_client.batch.cluster, folding_client.models.litellm_model; "
-        "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'distributed') if name in sys.modules])"
+        "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'distributed', 'inspect_ai', 'opentelemetry.sdk') if name in sys.modules])"
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.strip() == "[]"
