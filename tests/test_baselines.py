@@ -8,7 +8,7 @@ import pytest
 from client_runs import events, program, shortened
 from client_runs import sequence as plain
 from client_runs import settings as plain_settings
-from folding_client.baselines.moves import look_of, moves_from
+from folding_client.baselines.search_moves import look_of, moves_from
 from folding_client.progress import Silent
 from folding_client.reconstruct import Outcome, new_job, reconstruct
 from folding_client.record.event_log import read_events

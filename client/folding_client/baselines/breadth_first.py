@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from folding_schemas.results import Comparison, RunInfo, StateView
 from folding_schemas.state import FoldedState
 
-from folding_client.baselines.moves import Move, carried_out, look_of, moves_from
+from folding_client.baselines.search_moves import SearchMove, carried_out, look_of, moves_from
 from folding_client.baselines.stepwise import FrameWork, compare_call, run_now, save_call
 from folding_client.messages import ToolResult
 from folding_client.search.frame_search import Calls
 
 SEARCH = "search"
 """The id of the model."""
-_OPENING = Move("rotate", {"angle": 360})
+_OPENING = SearchMove("rotate", {"angle": 360})
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,10 @@ class SearchBounds:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundState:
     """Moves from the checkpoint, and how well what they come to agrees with the photo."""
 
-    moves: tuple[Move, ...]
+    moves: tuple[SearchMove, ...]
     agreement: float = -1.0
     matches: bool = False
 
@@ -58,16 +58,16 @@ class BreadthFirst:
         self._tries = self.compared = 0
         self._depth = 0
         self._frame = 0
-        self.best = Found(())
+        self.best = FoundState(())
 
     def search(self, frame: int) -> SearchWork:
         """Try states, breadth first; ``best`` is what was found."""
         self._frame = frame
         yield from carried_out(_OPENING)
-        yield from self._compare(Found(()))
-        level: Sequence[Found] = [Found(())]
+        yield from self._compare(FoundState(()))
+        level: Sequence[FoundState] = [FoundState(())]
         for _ in range(self._bounds.depth):
-            found: list[Found] = []
+            found: list[FoundState] = []
             for start in level:
                 yield from self._expand(start, found)
             level = sorted(found, key=lambda each: -each.agreement)[: self._bounds.width]
@@ -77,7 +77,7 @@ class BreadthFirst:
         late = self._until is not None and time.monotonic() >= self._until
         return self.best.matches or late or self._tries >= self._bounds.tries
 
-    def _expand(self, start: Found, found: list[Found]) -> SearchWork:
+    def _expand(self, start: FoundState, found: list[FoundState]) -> SearchWork:
         """Try every move from a state that was found."""
         if self._over:
             return
@@ -90,13 +90,13 @@ class BreadthFirst:
                 return
             yield from self._try(start, move, found)
 
-    def _try(self, start: Found, move: Move, found: list[Found]) -> SearchWork:
+    def _try(self, start: FoundState, move: SearchMove, found: list[FoundState]) -> SearchWork:
         """Carry a move out, compare if it looks new, and take it back."""
         self._tries += 1
         carried = yield from carried_out(move)
         self._depth += carried.actions
         if not carried.answer.is_error and self._is_new(carried.answer):
-            trial = yield from self._compare(Found((*start.moves, move)))
+            trial = yield from self._compare(FoundState((*start.moves, move)))
             found.append(trial)
         if not self._over:
             yield from self._back(carried.actions)
@@ -107,13 +107,13 @@ class BreadthFirst:
         self._seen.add(look)
         return new
 
-    def _compare(self, trial: Found) -> Generator[Calls, list[ToolResult], Found]:
+    def _compare(self, trial: FoundState) -> Generator[Calls, list[ToolResult], FoundState]:
         (answer,) = yield [compare_call(self._frame)]
         self.compared += 1
         if answer.is_error:
             return trial
         comparison = Comparison.model_validate(answer.data)
-        trial = Found(trial.moves, comparison.agreement, comparison.verdict == "MATCH")
+        trial = FoundState(trial.moves, comparison.agreement, comparison.verdict == "MATCH")
         if trial.agreement > self.best.agreement or trial.matches:
             self.best = trial
         return trial

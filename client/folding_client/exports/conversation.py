@@ -8,7 +8,7 @@ from folding_client.exports.exported_run import ExportedRun, ModelTurn, ToolTurn
 
 
 @dataclass(frozen=True)
-class Said:
+class ChatEntry:
     """A message: its role as in chats, text, pictures by file; calls of an assistant, call and tool of a result."""
 
     role: str
@@ -20,7 +20,7 @@ class Said:
     tool: str | None = None
 
     @classmethod
-    def of_message(cls, entry: Mapping[str, Any]) -> "Said":
+    def of_message(cls, entry: Mapping[str, Any]) -> "ChatEntry":
         """A message of a request on record."""
         return cls(
             entry["role"],
@@ -33,7 +33,7 @@ class Said:
         )
 
 
-def agent_conversation(run: ExportedRun) -> Iterator[Said]:
+def agent_conversation(run: ExportedRun) -> Iterator[ChatEntry]:
     """The messages in order. Every step begins with its own opening; a result that no query carried, such as that of the
     save which ends a step, is told by what the tool answered.
     """
@@ -48,8 +48,8 @@ def agent_conversation(run: ExportedRun) -> Iterator[Said]:
     yield from _results(untold)
 
 
-def _asked(turn: ModelTurn, untold: dict[str, ToolTurn]) -> Iterator[Said]:
-    new = [Said.of_message(entry) for entry in turn.request["new"]]
+def _asked(turn: ModelTurn, untold: dict[str, ToolTurn]) -> Iterator[ChatEntry]:
+    new = [ChatEntry.of_message(entry) for entry in turn.request["new"]]
     for said in new:
         untold.pop(said.call_id or "", None)
     yield from _results(untold)
@@ -57,13 +57,13 @@ def _asked(turn: ModelTurn, untold: dict[str, ToolTurn]) -> Iterator[Said]:
     yield from (said for said in new if said.role != "assistant")
 
 
-def _replied(turn: ModelTurn) -> Iterator[Said]:
+def _replied(turn: ModelTurn) -> Iterator[ChatEntry]:
     reply = turn.reply
     if reply is not None and reply["kind"] == "reply":
-        yield Said("assistant", reply["text"], calls=reply["calls"], thinking=reply["thinking"])
+        yield ChatEntry("assistant", reply["text"], calls=reply["calls"], thinking=reply["thinking"])
 
 
-def _results(untold: Mapping[str, ToolTurn]) -> Iterator[Said]:
+def _results(untold: Mapping[str, ToolTurn]) -> Iterator[ChatEntry]:
     for call_id, turn in untold.items():
         images = turn.result["images"] if turn.result else ()
-        yield Said("tool", turn.text, images, call_id=call_id, tool=turn.call["name"])
+        yield ChatEntry("tool", turn.text, images, call_id=call_id, tool=turn.call["name"])

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from folding_client.exports.conversation import Said
+from folding_client.exports.conversation import ChatEntry
 from folding_client.exports.exported_run import ExportedRun, ModelTurn, ToolTurn, data_url, when
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def inspect_usage(totals: Mapping[str, Any]) -> "ModelUsage":
     )
 
 
-def inspect_message(run: ExportedRun, said: Said, *, images: bool) -> "ChatMessage":
+def inspect_message(run: ExportedRun, said: ChatEntry, *, images: bool) -> "ChatMessage":
     """A message as Inspect has it; pictures as ``data:`` URLs."""
     from inspect_ai.model import (
         ChatMessageAssistant,
@@ -107,7 +107,7 @@ def _model_event(run: ExportedRun, turn: ModelTurn, *, images: bool) -> "ModelEv
     from inspect_ai.event import ModelEvent
     from inspect_ai.model import GenerateConfig
 
-    new = [Said.of_message(entry) for entry in turn.request["new"]]
+    new = [ChatEntry.of_message(entry) for entry in turn.request["new"]]
     return ModelEvent(
         timestamp=when(turn.request),
         model=run.model_of(turn.role),

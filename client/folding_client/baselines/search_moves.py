@@ -20,7 +20,7 @@ _ROUNDED = 5
 
 
 @dataclass(frozen=True)
-class Move:
+class SearchMove:
     """A tool with its arguments; a fold has the two points of its line besides."""
 
     tool: str
@@ -28,20 +28,20 @@ class Move:
     ends: tuple[LineEnd, ...] = ()
 
 
-def moves_from(state: FoldedState) -> Iterator[Move]:
+def moves_from(state: FoldedState) -> Iterator[SearchMove]:
     """The moves from a state, simplest first: motions, unfolds, then folds through vertices and middles of edges, those
     through fewer middles first. Many of them the server refuses.
     """
-    yield from (Move("flip", {"axis": axis}) for axis in get_args(FlipAxis))
-    yield from (Move("rotate", {"angle": angle}) for angle in _TURNS)
+    yield from (SearchMove("flip", {"axis": axis}) for axis in get_args(FlipAxis))
+    yield from (SearchMove("rotate", {"angle": angle}) for angle in _TURNS)
     folded = [(one, other) for one, other, kind in state.edges if kind in "MV"]
-    yield from (Move("unfold", {"edge": list(edge)}) for edge in folded)
+    yield from (SearchMove("unfold", {"edge": list(edge)}) for edge in folded)
     vertices: list[LineEnd] = sorted(map(int, state.vertices))
     middles: list[LineEnd] = [(one, other) for one, other, kind in state.edges if kind != "F"]
     pairs = list(combinations([*vertices, *middles], 2))
     pairs.sort(key=lambda pair: sum(isinstance(end, tuple) for end in pair))
     for pair in pairs:
-        yield from (Move("fold", {"direction": direction}, pair) for direction in (1, -1))
+        yield from (SearchMove("fold", {"direction": direction}, pair) for direction in (1, -1))
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Carried:
     answer: ToolResult
 
 
-def carried_out(move: Move) -> Generator[Calls, list[ToolResult], Carried]:
+def carried_out(move: SearchMove) -> Generator[Calls, list[ToolResult], Carried]:
     """Carry a move out, after the vertices that its line needs."""
     ids: list[object] = []
     added = 0
