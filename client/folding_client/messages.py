@@ -187,6 +187,14 @@ def tool_answer(call: ToolCall, result: ToolResult) -> Message:
     return Message("tool", call_id=call.id, tool=call.name, result=result)
 
 
+def last_results(messages: Sequence[Message]) -> list[ToolResult] | None:
+    """The results of the calls of the last reply; None if it called nothing, or there was no reply."""
+    last = max((index for index, message in enumerate(messages) if message.role == "assistant"), default=None)
+    if last is None or not messages[last].tool_calls:
+        return None
+    return [message.result for message in messages[last + 1 :] if message.result is not None]
+
+
 def json_text(data: JsonObject) -> str:
     """Data as a model is told it: JSON without spaces."""
     return json.dumps(data, separators=(",", ":"), ensure_ascii=False)

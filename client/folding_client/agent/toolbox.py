@@ -49,7 +49,7 @@ class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
     ``offered`` holds the tools that may be called: those of the set ``tools``, those ``also`` named, and
-    ``ask_critic``. Unless the ``policy`` keeps them, answers are compacted.
+    ``ask_critic``. Unless the ``policy`` keeps them, answers are compacted. Tools that are ``unseen`` are asked for no pictures.
     """
 
     def __init__(
@@ -63,6 +63,7 @@ class Toolbox:
         tools: ToolSet,
         policy: ContextPolicy,
         also: frozenset[str] = frozenset(),
+        unseen: frozenset[str] = frozenset(),
     ) -> None:
         self._server = server
         self._critic = critic
@@ -70,6 +71,7 @@ class Toolbox:
         self._recorder = recorder
         self._colors = colors
         self._policy = policy
+        self._unseen = unseen
         self._failures: dict[int, int] = {}
         self._last: tuple[int, str] | None = None
         self.saved_against = saved_against(read_events(recorder.folder.events))
@@ -90,6 +92,8 @@ class Toolbox:
         except (CallRefused, ToolRefused) as refusal:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
+        if call.name in self._unseen:
+            arguments |= {"images": "none"}
         result = await self._server.call(call.name, arguments, by="agent", call=call)
         if call.name in MOVES and not result.is_error:
             self._last = None

@@ -3,6 +3,9 @@
 from functools import partial
 from pathlib import Path
 
+from folding_client.baselines.breadth_first import SEARCH, SearchBounds, searched_frame
+from folding_client.baselines.random_actions import RANDOM, random_frame
+from folding_client.baselines.stepwise import StepwiseModel
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
 from folding_client.models.requirements import require_known
@@ -23,6 +26,10 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         consults = settings.role("critic") != "geometric"
         keep = partial(write_search, recorder.folder)
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
+    if spec == RANDOM:
+        return StepwiseModel(spec, partial(random_frame, settings.seed))
+    if spec == SEARCH:
+        return StepwiseModel(spec, partial(searched_frame, _bounds(settings)))
     if spec.startswith(SCRIPTED):
         replies = load_script(Path(spec.removeprefix(SCRIPTED)), role)
         return ScriptedModel(spec, replies, partial(_replies_said, role, recorder.folder.events))
@@ -32,6 +39,12 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
     recorder.about.setdefault("requests", {})[role] = model.sent
     recorder.event("request_options", role=role, model=spec, options=model.sent)
     return model
+
+
+def _bounds(settings: Settings) -> SearchBounds:
+    return SearchBounds(
+        settings.search_depth, settings.search_width, settings.search_tries, settings.search_time
+    )
 
 
 def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float) -> None:

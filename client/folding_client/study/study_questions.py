@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from folding_client.batch.runner import sequences_of
+from folding_client.batch.sequence_lists import sequences_of
 from folding_client.interrupts import UsageError
 from folding_client.reconstruct import sequence_name
 from folding_client.report.recorded_runs import find_runs
