@@ -129,7 +129,7 @@ def _compared_actions(run: RunView, frame: int, attempt: int | None, state: int 
 
 PatternFile = Annotated[
     str | None,
-    Field(description="text of a FOLD, .cp, .opx, .ori, SVG or DXF file; left out, the state"),
+    Field(description="text of a FOLD, .cp, .ori, SVG or DXF file; left out, the state"),
 ]
 
 
