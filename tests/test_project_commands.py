@@ -76,10 +76,9 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "Movies").mkdir()
     shutil.copy(write_clip(place / "clip.mp4", [Rest(SQUARE)]).path, place / "VIDEO")
     with pytest.MonkeyPatch.context() as patch:
-        assert (
-            finished(["foldingagent-server", "simulate", "PROGRAM", "--cp", "PATTERN.fold"], place, patch)
-            == 0
-        )
+        for pattern in ("PATTERN.fold", "PATTERN.cp"):
+            written = ["foldingagent-server", "simulate", "PROGRAM", "--cp", pattern]
+            assert finished(written, place, patch) == 0
         assert finished(["foldingagent", "run", "SEQUENCE", "--out", "RUN"], place, patch) == 0
     (place / "STATES").mkdir()
     (place / "STATES" / "1.fold").write_text(fold_text(fold_document(new_paper())))

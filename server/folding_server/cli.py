@@ -47,6 +47,8 @@ from folding_server.http_options import check_names, check_tokens_are_meant
 from folding_server.install.command import install
 from folding_server.instructions.instructions_command import instructions
 from folding_server.instructions.practicality_command import practicality
+from folding_server.pattern_commands import check, convert
+from folding_server.progress_line import ProgressLine
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
@@ -172,6 +174,8 @@ app.command()(instructions)
 app.command()(animate)
 app.command()(practicality)
 app.command()(refold)
+app.command()(check)
+app.command()(convert)
 
 
 @app.command()
@@ -226,36 +230,6 @@ def simulate(
 
 
 @app.command()
-def check(
-    pattern: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE",
-            parser=typed_path,
-            help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita.",
-        ),
-    ],
-    as_json: Json = False,
-) -> None:
-    """Check whether a crease pattern folds flat; exit 1 if it does not."""
-    from folding_server.interchange.pattern_files import place_in_file, read_pattern
-    from folding_server.mcp.services.presenters import foldability
-    from folding_server.simulator.foldability import check_pattern
-
-    creases = read_pattern(text_in(pattern, "give the path of a FOLD or .cp file"), pattern.suffix)
-    found = foldability(check_pattern(creases))
-    if as_json:
-        _print_json(found.model_dump(mode="json"))
-    else:
-        typer.echo(found.reason)
-        for violation in found.violations:
-            place = place_in_file(creases, violation.vertex, pattern.suffix)
-            typer.echo(f"vertex {violation.vertex} at {place}: {violation.condition}: {violation.detail}")
-    if not found.foldable:
-        raise typer.Exit(1)
-
-
-@app.command()
 def photograph(
     program: ProgramFile,
     out: OutFolder,
@@ -271,7 +245,7 @@ def photograph(
     """Render photo-like keyframes of a folding program, with ground truth."""
     from folding_server.photographer.photographing import photograph as render
 
-    told = _Progress("photographing")
+    told = ProgressLine("photographing")
     made = render(
         _program(program),
         out,
@@ -301,7 +275,7 @@ def keyframes(
     from folding_server.frames.sequence_writer import keyframes_command
 
     told = DeclaredSheet(front_color=front_color, back_color=back_color)
-    report = keyframes_command(video, out, paper=told, progress=_Progress("watching").tell)
+    report = keyframes_command(video, out, paper=told, progress=ProgressLine("watching").tell)
     if as_json:
         _print_json(
             {
@@ -350,23 +324,6 @@ def view(
 
         model.view()
         serve_page(model, port, lambda address: typer.echo(f"The model is shown at {address} until Ctrl-C."))
-
-
-class _Progress:
-    """Progress on stderr: one line that fills up on a terminal, a line at every quarter elsewhere."""
-
-    def __init__(self, what: str) -> None:
-        self._what = what
-        self._quarter = 0
-
-    def tell(self, part: float) -> None:
-        """Say what part of the work is done, 0 to 1."""
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r{self._what}: {part:.0%}" + ("\n" if part >= 1 else ""))
-            sys.stderr.flush()
-        elif int(4 * part) > self._quarter:
-            self._quarter = int(4 * part)
-            sys.stderr.write(f"{self._what}: {part:.0%}\n")
 
 
 def _program(path: Path) -> "Program":

@@ -13,9 +13,10 @@ from folding_server.audit.mesh_unfolding import UnfoldedMesh, square_misfits, un
 from folding_server.geometry.convex import area
 from folding_server.simulator.foldability import Assignment, CreasePattern
 from folding_server.simulator.foldability.constraints import conditions
+from folding_server.simulator.foldability.equations import rows_of
 from folding_server.simulator.foldability.flat_faces import lay_flat
 from folding_server.simulator.foldability.local import local_violations
-from folding_server.simulator.validity.contacts import cells
+from folding_server.simulator.validity.contacts import covering_faces
 
 RIGID = 5e-3
 """Share of the sheet's side by which distances may change and faces disagree: thickness, and files with few digits."""
@@ -122,7 +123,7 @@ def _layers(mesh: Mesh, normal: Floats) -> int:
     seen = _projected(mesh.points, normal) / mesh.extent
     outlines = np.array([shapely.Polygon(seen[list(face)]) for face in mesh.faces])
     outlines = outlines[shapely.is_valid(outlines) & (shapely.area(outlines) > ONE_PLANE)]
-    return int(cells(outlines, RIGID).sum(axis=0).max()) if len(outlines) else 0
+    return max(map(len, covering_faces(outlines, RIGID)), default=1) if len(outlines) else 0
 
 
 def _projected(points: Floats, normal: Floats) -> Floats:
@@ -142,16 +143,17 @@ def _flat_faults(mesh: Mesh, unfolded: UnfoldedMesh, normal: Floats) -> tuple[in
         if each.condition == "Kawasaki" or "odd" in each.detail
     }
     flat = lay_flat(pattern)
-    if flat.loose is not None or flat.odd is not None or flat.spread > RIGID:
+    if flat.loose or flat.odd is not None or flat.spread > RIGID:
         return len(vertices), None
     found = conditions(flat, RIGID)
+    pairs = [(i, j) for i, j in rows_of(found.pairs, 2).tolist()]
     if mesh.over is not None:
-        listed = {(i, j): (i, j) in mesh.over for i, j in found.pairs}
-        known = all((i, j) in mesh.over or (j, i) in mesh.over for i, j in found.pairs)
+        listed = {(i, j): (i, j) in mesh.over for i, j in pairs}
+        known = all((i, j) in mesh.over or (j, i) in mesh.over for i, j in pairs)
         above = listed if known else None
     else:
         heights = np.array([(mesh.points[list(face)] @ normal).mean() for face in mesh.faces])
-        above = layers_above(heights, sorted(found.pairs), ONE_PLANE * mesh.extent)
+        above = layers_above(heights, pairs, ONE_PLANE * mesh.extent)
     return len(vertices), None if above is None else order_crossings(found, above)
 
 

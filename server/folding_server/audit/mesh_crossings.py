@@ -7,6 +7,7 @@ import numpy as np
 from folding_server.arrays import Bools, Floats, Ints
 from folding_server.audit.mesh_record import Mesh
 from folding_server.simulator.foldability.constraints import Conditions
+from folding_server.simulator.foldability.equations import rows_of
 
 REACH = 1e-4
 """How far, in units of the model's extent, an edge has to reach through a face to cross it."""
@@ -75,8 +76,12 @@ def order_crossings(found: Conditions, above: Above) -> int:
         i, j = pair
         return above[i, j] if i < j else not above[j, i]
 
-    broken = sum(higher(one) != higher(other) for one, other in found.equal)
-    return broken + sum(sum(map(higher, four)) % 2 for four in found.even)
+    equal, even = (
+        set(map(tuple, rows_of(found.equal, 4).tolist())),
+        set(map(tuple, rows_of(found.even, 8).tolist())),
+    )
+    broken = sum(higher((a, b)) != higher((c, d)) for a, b, c, d in equal)
+    return broken + sum(sum(higher(row[k : k + 2]) for k in range(0, 8, 2)) % 2 for row in even)
 
 
 def is_flat(mesh: Mesh) -> tuple[bool, Floats]:

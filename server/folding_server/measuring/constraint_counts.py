@@ -8,10 +8,11 @@ from folding_schemas.state_measures import ConstraintCounts
 from folding_server.geometry.line import Point
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.foldability.constraints import Conditions, conditions
+from folding_server.simulator.foldability.equations import rows_of
 from folding_server.simulator.foldability.flat_faces import FlatFaces, PatternCrease, creases_of
 from folding_server.simulator.foldability.local import ANGLE
 from folding_server.simulator.foldability.orders import bits
-from folding_server.simulator.foldability.report import tolerances
+from folding_server.simulator.foldability.tolerances import first_tolerance
 
 NO_CONSTRAINTS = ConstraintCounts(taco_taco=0, taco_tortilla=0, tortilla_tortilla=0, transitivity=0)
 
@@ -21,7 +22,7 @@ def constraint_counts(flat: FlatFaces) -> ConstraintCounts:
 
     Transitivity is counted by threes of faces that cover a common cell.
     """
-    found = conditions(flat, tolerances(flat)[0])
+    found = conditions(flat, first_tolerance(flat))
     return ConstraintCounts(
         taco_taco=found.counts["taco-taco"],
         taco_tortilla=found.counts["taco-tortilla"],
@@ -37,7 +38,7 @@ def _transitive_triples(found: Conditions) -> int:
         for cell in bits(cells):
             covers[cell] = covers.get(cell, 0) | 1 << face
     count = 0
-    for i, j in found.pairs:
+    for i, j in rows_of(found.pairs, 2).tolist():
         third = 0
         for cell in bits(found.cells[i] & found.cells[j]):
             third |= covers[cell]

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 Format = Annotated[
     ExportFormat,
-    Field(
-        description="one of fold, crease-pattern, crease-pattern-svg, cp, svg, png, obj, program and steps"
-    ),
+    Field(description="the kind of file"),
 ]
 
 Step = Annotated[
