@@ -47,10 +47,10 @@ class Conditions:
 def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     """All conditions on the layer order of a flat-lying pattern; tolerance in units of the sheet's longer side."""
     contacts = Contacts(flat, tolerance)
-    return replace(conditions_of(contacts), counts=contacts.counts)
+    return replace(constraint_conditions(contacts), counts=contacts.counts)
 
 
-def conditions_of(contacts: "Contacts") -> Conditions:
+def constraint_conditions(contacts: "Contacts") -> Conditions:
     """All conditions that follow from contacts."""
     reached = np.argsort(sweep(contacts.flat))
     return Conditions(

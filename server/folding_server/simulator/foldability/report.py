@@ -10,7 +10,7 @@ import shapely
 from folding_server.simulator.foldability.big_little_big import big_little_big
 from folding_server.simulator.foldability.classes import ContradictionError
 from folding_server.simulator.foldability.conflict import conflicting_faces
-from folding_server.simulator.foldability.constraints import Conditions, assigned_orders, conditions_of
+from folding_server.simulator.foldability.constraints import Conditions, assigned_orders, constraint_conditions
 from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.fault import Fault, said
 from folding_server.simulator.foldability.flat_faces import FlatFaces, lay_flat
@@ -138,7 +138,7 @@ def _at_vertices(faults: Sequence[Fault]) -> str:
 def _layered(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
     tried: Conditions | None = None
     for contacts in contacts_to_try(flat):
-        given = conditions_of(contacts)
+        given = constraint_conditions(contacts)
         tried = tried or given
         try:
             orders = Orders(given)
