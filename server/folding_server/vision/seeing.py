@@ -15,6 +15,7 @@ from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos
 from folding_server.vision.pose import Pose, pose_of
+from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, look
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
@@ -34,6 +35,10 @@ USUAL_BETWEEN = 5
 """Images in between that are looked at unless more are asked for."""
 FRAMES_KEPT = 64
 """Frames kept in memory."""
+OTHERS_KEPT = 12
+"""Cameras kept in memory beside the first photo's."""
+NEW_CAMERA = (0.96, 1.04)
+"""Scales at which the paper may be seen under a camera that was fitted to it: its outline tells the scale to a few hundredths."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,8 @@ class Eyes:
         default_factory=dict, repr=False, compare=False
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
+    _others: dict[Pose, "Eyes"] = field(default_factory=dict, repr=False, compare=False)
+    _pictures: dict[int, PictureView | None] = field(default_factory=dict, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
 
@@ -96,6 +103,20 @@ class Eyes:
     def two_coloured(self) -> bool:
         """Whether front and back can be told apart."""
         return self.palette.back is not None
+
+    def under(self, pose: Pose) -> "Eyes":
+        """The same photos as another camera shows them, of which only one is of use; the last few are remembered."""
+        if pose not in self._others:
+            _drop_oldest(self._others, OTHERS_KEPT)
+            self._others[pose] = Eyes(self.photos, pose, anywhere(self.palette), NEW_CAMERA)
+        return self._others[pose]
+
+    def picture(self, number: int) -> PictureView | None:
+        """A photo in its own coordinates, whatever the camera; None if it shows no paper."""
+        if number not in self._pictures:
+            _drop_oldest(self._pictures, FRAMES_KEPT)
+            self._pictures[number] = look(self.photos.photo(number), self.palette)
+        return self._pictures[number]
 
     def frame(self, number: int, pixels_per_unit: float = 96.0) -> SeenFrame:
         """A photo's labels on a grid over FIELD_OF_VIEW. PhotoError if there is no such photo."""

@@ -1,0 +1,162 @@
+"""Explaining a photo that was framed anew: what the action was, and where the camera stood, found together.
+
+Every hypothesis is fitted to the photo under a camera of its own, by its outline; those that fit best are then seen
+straight from above under that camera, and judged as plans are that a standing camera shows.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+
+from folding_schemas.actions import Rotate
+
+from folding_server.geometry.isometry import IDENTITY, turn
+from folding_server.simulator import apply
+from folding_server.simulator.paper import Paper
+from folding_server.vision.fitting.scene import Views, face_stack
+from folding_server.vision.pose_estimation.estimate import (
+    PoseEstimate,
+    SeenFaces,
+    estimates,
+    same_model,
+    seen_faces,
+)
+from folding_server.vision.pose_estimation.picture_view import PictureView
+from folding_server.vision.pose_estimation.pinhole import Camera
+from folding_server.vision.seeing import Eyes
+from folding_server.vision.solver.doubts import doubted
+from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
+from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.transition import EXPLAINED, explain
+from folding_server.vision.solver.views import views_under
+from folding_server.vision.solver.whole_moves import centered
+
+JUDGED = 10
+"""Hypotheses that are judged as plans, the best by their outlines."""
+FAR_WORSE = 0.03
+"""Hypotheses whose outlines agree worse than the best by more are not."""
+LEAST_TURN = 20.0
+"""Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
+WORDS = {
+    "none": "nothing changed but the camera",
+    "flip": "the model was turned over",
+    "fold": "a flap was folded over",
+    "unfold": "a crease was unfolded",
+    "compound": "two creases were unfolded",
+    "rotate": "the model was turned",
+}
+ROUND_TURNS = (45.0, 12.0)
+"""Turns within the second of a multiple of the first are meant to be it, in degrees."""
+
+
+def camera_of_paper(paper: Paper, view: PictureView, before: Camera | None = None) -> PoseEstimate | None:
+    """The camera under which a photo shows a paper best; None if it shows none."""
+    found = estimates([face_stack(paper)], view, before)
+    return found[0] if found else None
+
+
+def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+    """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper."""
+    view = eyes.picture(frame)
+    if view is None:
+        return []
+    known = known_camera(paper, eyes, frame - 1)
+    tried = hypotheses(paper)
+    found = list(_distinct(estimates([h.stack for h in tried], view, known and known.camera), tried))
+    judge = _Judge(paper, eyes, view, frame, known)
+    plans = [plan for estimate in found for plan in judge.plans(tried[estimate.index], estimate)]
+    nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
+    if found and max((p.agreement for p in plans), default=0.0) < EXPLAINED:
+        plans += judge.searched(found[0])
+    return best_first([replace(doubted(plan, nothing), unseen=0.0) for plan in plans])
+
+
+def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
+    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
+    view = eyes.picture(frame) if frame > 0 else None
+    return None if view is None else camera_of_paper(paper, view)
+
+
+def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> Iterator[PoseEstimate]:
+    """The best estimates, of those that are one model under other names the first."""
+    kept: list[SeenFaces] = []
+    for estimate in found:
+        if len(kept) == JUDGED or estimate.value < found[0].value - FAR_WORSE:
+            return
+        faces = seen_faces(tried[estimate.index].stack, estimate.camera)
+        if not any(same_model(faces, other) for other in kept):
+            kept.append(faces)
+            yield estimate
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """One transition to a photo that was framed anew; ``known`` is the camera of the photo before, with ``paper``."""
+
+    paper: Paper
+    eyes: Eyes
+    view: PictureView
+    frame: int
+    known: PoseEstimate | None
+
+    def views(self, camera: Camera) -> Views:
+        """The photo from straight above."""
+        expected = self.known.agreement if self.known else 1.0
+        return views_under(camera.pose(self.view.frame), self.eyes, self.frame, expected)
+
+    def plans(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
+        """A hypothesis as plans, measured under its camera."""
+        views = self.views(estimate.camera)
+        for actions, after in hypothesis.ways():
+            plan = Plan(
+                actions,
+                hypothesis.action_class,
+                after,
+                IDENTITY,
+                estimate.agreement,
+                WORDS[hypothesis.action_class],
+                loose=not hypothesis.constructed,
+                framing=estimate.cost,
+            )
+            plan = measured(plan, views, IDENTITY)
+            yield plan
+            if hypothesis.action_class == "none":
+                yield from self._turned(plan, estimate, views)
+
+    def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
+        """Nothing but a turn against the photo before, if people would call it a rotation."""
+        if self.known is None:
+            return
+        angle = degrees(self.known.camera.roll - estimate.camera.roll)
+        angle = (angle + 180) % 360 - 180
+        step, reach = ROUND_TURNS
+        nearest = round(angle / step) * step
+        if abs(angle) < LEAST_TURN:
+            return
+        action = Rotate(angle=nearest if abs(nearest - angle) <= reach else float(round(angle)))
+        after = apply(self.paper, action)
+        stack = face_stack(after)
+        start = centered(stack, views.coarse, turn(-action.angle, stack.center))
+        turned = replace(
+            plan,
+            actions=(action,),
+            action_class="rotate",
+            paper=after,
+            motion=start,
+            explanation=WORDS["rotate"],
+        )
+        yield measured(turned, views, start)
+
+    def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
+        """Plans found under the camera of the best hypothesis, and the best of them under its own."""
+        views = self.views(estimate.camera)
+        plans = [replace(p, framing=estimate.cost) for p in explain(self.paper, IDENTITY, views)]
+        best = plans[0]
+        own = camera_of_paper(best.paper, self.view, self.known and self.known.camera)
+        if own is not None:
+            again = measured(
+                replace(best, motion=IDENTITY, framing=own.cost), self.views(own.camera), IDENTITY
+            )
+            plans[0] = max(best, again, key=lambda plan: plan.score)
+        yield from plans
