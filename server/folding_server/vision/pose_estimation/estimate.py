@@ -1,14 +1,14 @@
 """The cameras under which one photo may show one of many folded papers, the likeliest first."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log, pi
 
 import numpy as np
 
 from folding_server.arrays import Floats
 from folding_server.geometry.isometry import IDENTITY
-from folding_server.vision.fitting.scene import FaceStack
+from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.grid import grid_over
 from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
 from folding_server.vision.pose_estimation.picture_view import PictureView
@@ -20,18 +20,23 @@ from folding_server.vision.pose_estimation.shape_matching import (
     normal_form,
 )
 from folding_server.vision.raster import draw_labels
+from folding_server.vision.registration import coarser
 
 SHAPE_RESOLUTION = 40.0
 """Pixels per sheet unit at which papers are drawn to be compared as shapes."""
-FITTED = 48
-"""Matches of shape whose camera is fitted: truths were among the first 10 of 20 transitions, all but one."""
+FITTED, FULLY_FITTED = 48, 14
+"""Matches of shape whose camera is fitted roughly, and those of them, the best, that are fitted in full: by shape alone
+the truth was among the first 6 of 22 transitions, all but those whose line no construction gives.
+"""
+ROUGHLY = (0.12, 0.08, 0.05)
+"""Rounds of a rough fit: how far points look, in shares of the paper's extent."""
 EITHER_TILT = 6.0
 """Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
 USUAL_TILT, TILT_COST = 20.0, 0.004
 """A tilt of the first, in degrees, costs the second, in shares of the paper; others by their square."""
 STEEP, STEEP_COST = 28.0, 0.003
 """Each degree of tilt beyond the first costs the second besides: nobody films folding so flatly."""
-NEAREST, FARTHEST, SIZE_COST = 2.2, 0.45, 0.05
+NEAREST, FARTHEST, SIZE_COST = 3.0, 0.33, 0.05
 """The camera may come so near and go so far, by scale, for nothing; beyond it costs the third per unit of the logarithm."""
 ROLL_COST = 0.001
 """What it costs to turn the camera half round against the photo before."""
@@ -63,35 +68,49 @@ def shape_of(stack: FaceStack) -> NormalForm | None:
 
 
 def estimates(
-    stacks: Sequence[FaceStack], view: PictureView, before: Camera | None = None, most: int = FITTED
+    stacks: Sequence[FaceStack],
+    view: PictureView,
+    before: Camera | None = None,
+    prior: Sequence[float] | None = None,
 ) -> list[PoseEstimate]:
     """For the stacks that the photo resembles most: their cameras, the most valuable first.
 
-    ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely.
+    ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely. ``prior`` is what
+    each stack costs, in shares of the paper.
     """
     seen = normal_form(view.scene.labels, view.scene.grid)
     if seen is None:
         return []
+    costs = prior or [0.0] * len(stacks)
     shaped = [(i, shape) for i, stack in enumerate(stacks) if (shape := shape_of(stack)) is not None]
-    matches = affine_matches(seen, [shape for _, shape in shaped])
+    matches = [
+        replace(m, index=shaped[m.index][0]) for m in affine_matches(seen, [shape for _, shape in shaped])
+    ]
+    coarse = coarser(view.scene)
+    begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches[:FITTED]]
+    begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
     found = []
-    for match in matches[:most]:
-        index = shaped[match.index][0]
-        best = _fitted(stacks[index], view, match)
-        found.append(PoseEstimate(index, best.camera, best.agreement, camera_cost(best.camera, before)))
+    for match, start in begun[:FULLY_FITTED]:
+        best = _fitted(stacks[match.index], view.scene, start.camera)
+        cost = camera_cost(best.camera, before) + costs[match.index]
+        found.append(PoseEstimate(match.index, best.camera, best.agreement, cost))
     return sorted(found, key=lambda estimate: -estimate.value)
 
 
-def _fitted(stack: FaceStack, view: PictureView, match: AffineMatch) -> Fitted:
-    """The better of the cameras fitted from a match."""
-    first = camera_of(match.affine, match.pivot, (match.at[0] - 0.5, match.at[1] - 0.5), view.frame.focal)
+def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:
+    """The camera of a match, roughly fitted."""
+    at = match.at[0] - 0.5, match.at[1] - 0.5
+    return fitted(stack, coarse, camera_of(match.affine, match.pivot, at, view.frame.focal), ROUGHLY)
+
+
+def _fitted(stack: FaceStack, scene: Scene, first: Camera) -> Fitted:
+    """The better of the cameras fitted from a first guess and from the tilt that foreshortens as it does."""
     starts = [first]
     if first.tilt > EITHER_TILT:
         x, y, roll, size, tilt_x, tilt_y = first.vector()
         starts.append(first.moved((x, y, roll, size, -tilt_x, -tilt_y)))
     return max(
-        (fitted(stack, view.scene, start) for start in starts),
-        key=lambda f: f.agreement - tilt_cost(f.camera),
+        (fitted(stack, scene, start) for start in starts), key=lambda f: f.agreement - tilt_cost(f.camera)
     )
 
 

@@ -3,18 +3,27 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.fitting.scene import Views
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import Eyes
 from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.reframing import explain_reframed
 from folding_server.vision.solver.swings import contradiction, watched_places
 from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
 from folding_server.vision.solver.views import views_after
 
 CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
+STANDING = 0.93
+"""A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
+NEW_CAMERA_COST = 0.01
+"""What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
+TIE_REFRAMED = 0.006
+"""The same under a camera of its own: with its freedom more plans look alike."""
 MANY_FACES = 24
 """From papers of more faces it takes too long to look ahead."""
 REMEMBERED = 8
@@ -42,10 +51,11 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """
     if plans[0].agreement < SURELY_WRONG:
         return []
+    tie = TIE_REFRAMED if plans[0].framing else TIE
     tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
-        if plan.score > plans[0].score - TIE and not alike:
+        if plan.score > plans[0].score - tie and not alike:
             tied.append(plan)
     return tied[:MOST_TIED]
 
@@ -66,14 +76,37 @@ def _explained(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool = True) -> t
 
 
 def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
-    """Every class of action tried, and held against the images in between; best first."""
+    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little;
+    best first.
+    """
     last, views = views_after(paper, eyes, frame)
+    moved = frame > 2 and views.expected < STANDING
+    plans = _framed_anew(paper, eyes, frame) if moved else []
+    if not plans or plans[0].agreement < COMPOUND_BELOW:
+        standing = _standing(paper, eyes, frame, last, views, pairs=pairs)
+        if not moved and standing[0].agreement < SURELY_WRONG:
+            plans = _framed_anew(paper, eyes, frame)
+        plans = best_first([*plans, *standing])
+    return tuple(_distinct(plans))
+
+
+def _framed_anew(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+    """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
+    return [
+        replace(plan, framing=plan.framing + NEW_CAMERA_COST) for plan in explain_reframed(paper, eyes, frame)
+    ]
+
+
+def _standing(
+    paper: Paper, eyes: Eyes, frame: int, last: Similarity, views: Views, *, pairs: bool
+) -> list[Plan]:
+    """Plans under the first photo's camera, held against the images in between; best first."""
     plans = explain(paper, last, views, pairs=pairs)
     between = movement(eyes, frame) if frame > 1 else None
     if between is not None:
         seen = watched_places(between, last)
         plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
-    return tuple(_distinct(plans))
+    return plans
 
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:

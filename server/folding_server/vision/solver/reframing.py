@@ -13,10 +13,11 @@ from folding_schemas.actions import Rotate
 from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import Views, face_stack
+from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
 from folding_server.vision.pose_estimation.estimate import (
     PoseEstimate,
     SeenFaces,
+    camera_cost,
     estimates,
     same_model,
     seen_faces,
@@ -27,17 +28,25 @@ from folding_server.vision.seeing import Eyes
 from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
-from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.plan import COST, NOTHING_HAPPENED, Plan, best_first
 from folding_server.vision.solver.transition import EXPLAINED, explain
 from folding_server.vision.solver.views import views_under
 from folding_server.vision.solver.whole_moves import centered
 
-JUDGED = 10
+JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
-FAR_WORSE = 0.03
+FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
+PRIOR: dict[str, float] = {
+    "none": NOTHING_HAPPENED,
+    "flip": COST["flip"],
+    "fold": COST["fold"],
+    "unfold": COST["unfold"],
+    "compound": 2 * COST["unfold"],
+}
+"""What the action of a hypothesis costs while hypotheses are chosen, as it costs a plan later."""
 WORDS = {
     "none": "nothing changed but the camera",
     "flip": "the model was turned over",
@@ -63,7 +72,14 @@ def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
         return []
     known = known_camera(paper, eyes, frame - 1)
     tried = hypotheses(paper)
-    found = list(_distinct(estimates([h.stack for h in tried], view, known and known.camera), tried))
+    found = list(
+        _distinct(
+            estimates(
+                [h.stack for h in tried], view, known and known.camera, [PRIOR[h.action_class] for h in tried]
+            ),
+            tried,
+        )
+    )
     judge = _Judge(paper, eyes, view, frame, known)
     plans = [plan for estimate in found for plan in judge.plans(tried[estimate.index], estimate)]
     nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
@@ -100,14 +116,14 @@ class _Judge:
     frame: int
     known: PoseEstimate | None
 
-    def views(self, camera: Camera) -> Views:
+    def views(self, camera: Camera, stack: FaceStack) -> Views:
         """The photo from straight above."""
         expected = self.known.agreement if self.known else 1.0
-        return views_under(camera.pose(self.view.frame), self.eyes, self.frame, expected)
+        return views_under(camera.pose(self.view.frame), stack, self.eyes, self.frame, expected)
 
     def plans(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
         """A hypothesis as plans, measured under its camera."""
-        views = self.views(estimate.camera)
+        views = self.views(estimate.camera, hypothesis.stack)
         for actions, after in hypothesis.ways():
             plan = Plan(
                 actions,
@@ -117,7 +133,7 @@ class _Judge:
                 estimate.agreement,
                 WORDS[hypothesis.action_class],
                 loose=not hypothesis.constructed,
-                framing=estimate.cost,
+                framing=camera_cost(estimate.camera, self.known and self.known.camera),
             )
             plan = measured(plan, views, IDENTITY)
             yield plan
@@ -150,8 +166,11 @@ class _Judge:
 
     def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
         """Plans found under the camera of the best hypothesis, and the best of them under its own."""
-        views = self.views(estimate.camera)
-        plans = [replace(p, framing=estimate.cost) for p in explain(self.paper, IDENTITY, views)]
+        views = self.views(estimate.camera, face_stack(self.paper))
+        plans = [
+            replace(p, framing=camera_cost(estimate.camera, self.known and self.known.camera))
+            for p in explain(self.paper, IDENTITY, views)
+        ]
         best = plans[0]
         own = camera_of_paper(best.paper, self.view, self.known and self.known.camera)
         if own is not None:

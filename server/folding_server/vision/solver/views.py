@@ -10,7 +10,7 @@ from folding_server.arrays import Floats
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Scene, Views, face_stack
+from folding_server.vision.fitting.scene import FaceStack, Scene, Views, face_stack
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.pose import Pose
@@ -20,6 +20,8 @@ from folding_server.vision.solver.sheet_motions import locate
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""
+AROUND_STACK = 0.3
+"""How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
 SEARCH_MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 
@@ -41,9 +43,11 @@ def views_after(paper: Paper, eyes: Eyes, frame: int) -> tuple[Similarity, Views
     return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
 
 
-def views_under(pose: Pose, eyes: Eyes, frame: int, expected: float) -> Views:
-    """A photo as a camera of its own shows it; ``expected`` is the agreement to hope for."""
-    own = eyes.under(pose)
+def views_under(pose: Pose, stack: FaceStack, eyes: Eyes, frame: int, expected: float) -> Views:
+    """A photo as a camera of its own shows it, about where a stack lies; ``expected`` is the agreement to hope for."""
+    points = np.array([p for outline in stack.outlines for p in outline])
+    low, high = points.min(axis=0) - AROUND_STACK, points.max(axis=0) + AROUND_STACK
+    own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
     coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
     scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
     return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)
