@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
+import cv2
 import numpy as np
 
 from folding_server.arrays import Image, Mask, RgbImage
@@ -51,6 +52,7 @@ class SeenFrame:
     ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
     ``two_coloured`` False if the sides look alike: then all paper is FRONT, and so predictions are compared
     ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
+    ``outside``     (rows, cols), True beyond the edges of the photo; None if all is within
     """
 
     frame: int
@@ -61,6 +63,18 @@ class SeenFrame:
     grid: Grid
     two_coloured: bool
     scales: tuple[float, float]
+    outside: Mask | None = None
+
+    @property
+    def cut(self) -> float:
+        """Along how much of its outline, in sheet units, the paper reaches to the edge of the photo."""
+        if self.outside is None:
+            return 0.0
+        beyond = cv2.dilate(self.outside.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        rim = is_paper(self.labels) & beyond
+        return float(
+            np.count_nonzero(cv2.dilate(rim.astype(np.uint8), np.ones((3, 3), np.uint8)) & self.outside)
+        ) / (self.grid.pixels_per_unit)
 
     @property
     def paper_confidence(self) -> float:
@@ -77,7 +91,9 @@ class _Working:
     shares: Image
     unknown: Mask
     clearness: Image
+    same_table: bool
     edges: Image
+    outside: Mask
 
 
 @dataclass(frozen=True)
@@ -159,6 +175,10 @@ class Eyes:
         rgb, _ = self.pose.rectify(self.photos.photo(number), seen.grid)
         return replace(seen, rgb=rgb)
 
+    def stands(self, number: int) -> bool:
+        """Whether the table proves that the camera stands where it stood at the first photo; a plain one proves nothing."""
+        return self._look(number).same_table
+
     def outlines(self, number: int) -> tuple[Outline, ...]:
         """The outlines of the paper in a photo, largest piece first. PhotoError if there is no such photo."""
         working = self._look(number)
@@ -178,7 +198,7 @@ class Eyes:
         found = segment(rgb, seen, grid, self.palette, self.memory, mixed=mixed)
         finest = _finest_grid(self.pose, self.reach)
         edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
-        return _Working(rgb, found.shares, found.unknown, found.clearness, edges)
+        return _Working(rgb, found.shares, found.unknown, found.clearness, found.same_table, edges, ~seen)
 
     def _lines(self, photo: RgbImage, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
@@ -199,7 +219,10 @@ class Eyes:
         confidence = np.where(unknown, 0.0, clear * (order[..., -1] - order[..., -2])).astype(np.float32)
         rgb = np.asarray(resampled(working.rgb, old, grid), np.uint8)
         edges = strongest_near(working.edges, _finest_grid(self.pose, self.reach), grid)
-        return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
+        outside = np.asarray(resampled(working.outside.astype(np.float32), old, grid) > 0.5)
+        return SeenFrame(
+            number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales, outside
+        )
 
 
 def see_sequence(photos: Photos) -> Eyes:

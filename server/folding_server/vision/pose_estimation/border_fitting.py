@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from folding_server.arrays import Floats
+from folding_server.arrays import Floats, Image
 from folding_server.geometry.convex import Polygon
 from folding_server.vision.fitting.edge_matching import border_of, class_maps, crossings
 from folding_server.vision.fitting.scene import FaceStack, Scene
@@ -61,11 +61,11 @@ def fitted(stack: FaceStack, scene: Scene, camera: Camera, reaches: tuple[float,
 def _extent(scene: Scene) -> float:
     """The longer side of the box about the paper, in picture units."""
     rows, cols = np.nonzero(scene.paper)
-    return float(max(np.ptp(rows), np.ptp(cols), 1)) / scene.grid.pixels_per_unit
+    return max(int(np.ptp(rows)), int(np.ptp(cols)), 1) / scene.grid.pixels_per_unit
 
 
 def _pulled(
-    stack: FaceStack, scene: Scene, camera: Camera, seen: list[Floats], reach: float, extent: float
+    stack: FaceStack, scene: Scene, camera: Camera, seen: list[Image], reach: float, extent: float
 ) -> Camera | None:
     """The camera after one round; None if too few borders find theirs."""
     grid = scene.grid
@@ -94,7 +94,7 @@ def _solved(
 ) -> Camera:
     """Weighted least squares over the camera's vector, far points counting less, with the prior on the tilt."""
     start = np.array(camera.vector())
-    points = projected(np.linalg.inv(camera.homography), places)
+    points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), places)
     slopes = np.stack([_slope(camera, start, i, points, normals) for i in range(len(start))], axis=1)
     weights = 1 / (1 + (3 * ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
     weights *= min(1.0, 40 / len(ways))

@@ -11,7 +11,7 @@ from folding_server.vision.seeing import Eyes
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed
 from folding_server.vision.solver.swings import contradiction, watched_places
-from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
+from folding_server.vision.solver.transition import COMPOUND_BELOW, EXPLAINED, SURELY_WRONG, explain
 from folding_server.vision.solver.views import views_after
 
 CLEAR_LEAD = 0.004
@@ -84,7 +84,7 @@ def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan,
     plans = _framed_anew(paper, eyes, frame) if moved else []
     if not plans or plans[0].agreement < COMPOUND_BELOW:
         standing = _standing(paper, eyes, frame, last, views, pairs=pairs)
-        if not moved and standing[0].agreement < SURELY_WRONG:
+        if not moved and standing[0].agreement < EXPLAINED and not eyes.stands(frame):
             plans = _framed_anew(paper, eyes, frame)
         plans = best_first([*plans, *standing])
     return tuple(_distinct(plans))

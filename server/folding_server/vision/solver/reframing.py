@@ -75,7 +75,10 @@ def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
     found = list(
         _distinct(
             estimates(
-                [h.stack for h in tried], view, known and known.camera, [PRIOR[h.action_class] for h in tried]
+                [h.stack for h in tried],
+                view,
+                known.camera if known else None,
+                [PRIOR[h.action_class] for h in tried],
             ),
             tried,
         )
@@ -116,6 +119,11 @@ class _Judge:
     frame: int
     known: PoseEstimate | None
 
+    @property
+    def before(self) -> Camera | None:
+        """The camera of the photo before, if it is known."""
+        return self.known.camera if self.known else None
+
     def views(self, camera: Camera, stack: FaceStack) -> Views:
         """The photo from straight above."""
         expected = self.known.agreement if self.known else 1.0
@@ -133,7 +141,7 @@ class _Judge:
                 estimate.agreement,
                 WORDS[hypothesis.action_class],
                 loose=not hypothesis.constructed,
-                framing=camera_cost(estimate.camera, self.known and self.known.camera),
+                framing=camera_cost(estimate.camera, self.before),
             )
             plan = measured(plan, views, IDENTITY)
             yield plan
@@ -168,14 +176,16 @@ class _Judge:
         """Plans found under the camera of the best hypothesis, and the best of them under its own."""
         views = self.views(estimate.camera, face_stack(self.paper))
         plans = [
-            replace(p, framing=camera_cost(estimate.camera, self.known and self.known.camera))
+            replace(p, framing=camera_cost(estimate.camera, self.before))
             for p in explain(self.paper, IDENTITY, views)
         ]
         best = plans[0]
-        own = camera_of_paper(best.paper, self.view, self.known and self.known.camera)
+        own = camera_of_paper(best.paper, self.view, self.before)
         if own is not None:
             again = measured(
-                replace(best, motion=IDENTITY, framing=own.cost), self.views(own.camera), IDENTITY
+                replace(best, motion=IDENTITY, framing=own.cost),
+                self.views(own.camera, face_stack(best.paper)),
+                IDENTITY,
             )
             plans[0] = max(best, again, key=lambda plan: plan.score)
         yield from plans
