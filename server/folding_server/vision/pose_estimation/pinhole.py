@@ -79,7 +79,8 @@ class Camera:
 
     def moved(self, vector: Vector) -> "Camera":
         """The same with other values of :meth:`vector`."""
-        return Camera(self.pivot, *vector, focal=self.focal)
+        x, y, roll, size, tilt_x, tilt_y = vector
+        return Camera(self.pivot, x, y, roll, size, tilt_x, tilt_y, self.focal)
 
     def pose(self, frame: PictureFrame) -> Pose:
         """Where the corners of the flat sheet would lie in the photo."""

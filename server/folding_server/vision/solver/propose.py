@@ -22,8 +22,8 @@ NEW_CAMERA_COST = 0.01
 """What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
-TIE_REFRAMED = 0.006
-"""The same under a camera of its own: with its freedom more plans look alike."""
+TIE_REFRAMED = 0.008
+"""The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
 MANY_FACES = 24
 """From papers of more faces it takes too long to look ahead."""
 REMEMBERED = 8
@@ -55,6 +55,7 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
+        alike = alike and not plan.framing
         if plan.score > plans[0].score - tie and not alike:
             tied.append(plan)
     return tied[:MOST_TIED]

@@ -37,6 +37,10 @@ JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
+FREE_LINE_COST = 0.004
+"""What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
+LINES_COST = 0.02
+"""What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
 PRIOR: dict[str, float] = {
@@ -84,11 +88,18 @@ def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
         )
     )
     judge = _Judge(paper, eyes, view, frame, known)
-    plans = [plan for estimate in found for plan in judge.plans(tried[estimate.index], estimate)]
+    judged = [(plan, estimate) for estimate in found for plan in judge.plans(tried[estimate.index], estimate)]
+    plans = [plan for plan, _ in judged]
     nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
     if found and max((p.agreement for p in plans), default=0.0) < EXPLAINED:
-        plans += judge.searched(found[0])
-    return best_first([replace(doubted(plan, nothing), unseen=0.0) for plan in plans])
+        likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
+        plans += judge.searched(likeliest)
+    return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
+
+
+def _weighed(plan: Plan) -> Plan:
+    """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines say more."""
+    return replace(plan, unseen=0.0, framing=plan.framing + LINES_COST * plan.contradiction)
 
 
 def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
@@ -141,7 +152,8 @@ class _Judge:
                 estimate.agreement,
                 WORDS[hypothesis.action_class],
                 loose=not hypothesis.constructed,
-                framing=camera_cost(estimate.camera, self.before),
+                framing=camera_cost(estimate.camera, self.before)
+                + FREE_LINE_COST * (not hypothesis.constructed),
             )
             plan = measured(plan, views, IDENTITY)
             yield plan
