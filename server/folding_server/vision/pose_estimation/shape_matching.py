@@ -20,9 +20,10 @@ ANGLES, RADII = 96, 20
 """Polar samples of a shape."""
 FARTHEST = 2.4
 """Radius, in standard deviations of the silhouette, up to which a shape is sampled."""
-FORESHORTENED = 0.86
-"""Least ratio of the two scales of an affine map that a camera makes: tilted by 25 degrees 0.91, and the shape's own
-perspective and errors of its outline on top.
+FORESHORTENED = 0.8
+"""Least ratio of the two scales of an affine map that a camera makes: tilted by 25 degrees 0.91, seen 15 degrees beside the
+middle of the picture 0.97, and errors of the outline and of the rotation, found in steps of 4 degrees, on top: 0.857 was
+met at a tilt of 19 degrees.
 """
 
 

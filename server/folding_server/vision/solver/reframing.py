@@ -41,6 +41,8 @@ FREE_LINE_COST = 0.004
 """What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
 LINES_COST = 0.02
 """What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
+FRESH_COST = 0.003
+"""What a new crease costs here besides: with a free camera more of them fit."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
 PRIOR: dict[str, float] = {
@@ -99,7 +101,11 @@ def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
 
 def _weighed(plan: Plan) -> Plan:
     """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines say more."""
-    return replace(plan, unseen=0.0, framing=plan.framing + LINES_COST * plan.contradiction)
+    return replace(
+        plan,
+        unseen=0.0,
+        framing=plan.framing + LINES_COST * plan.contradiction + FRESH_COST * plan.fresh,
+    )
 
 
 def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
