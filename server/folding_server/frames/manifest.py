@@ -37,6 +37,8 @@ def _plain(text: str) -> str:
 
 def _inside(text: str) -> str:
     parts = Path(text).parts
+    if text == ".":
+        return text
     if not parts or "\0" in text or "\\" in text or Path(text).is_absolute() or ".." in parts:
         raise ValueError(f"{text!a} is not a place inside the sequence's folder")
     return text
