@@ -15,7 +15,7 @@ from folding_server.vision.surfaces import Surface
 
 FIRST_LOOK = 96.0
 """Pixels per picture unit at which the paper is looked for: 250 along the longer side of the picture."""
-PAPER_ACROSS = 170.0
+PAPER_ACROSS = 120.0
 """Pixels across the paper at which its outline is then taken: finer moves the camera by less than the solver's own search."""
 AROUND = 0.35
 """How far around the paper the second look goes, in shares of its extent: light and colour of the table are told there."""
