@@ -38,7 +38,7 @@ STEEP, STEEP_COST = 28.0, 0.003
 """Each degree of tilt beyond the first costs the second besides: nobody films folding so flatly."""
 NEAREST, FARTHEST, SIZE_COST = 3.0, 0.33, 0.05
 """The camera may come so near and go so far, by scale, for nothing; beyond it costs the third per unit of the logarithm."""
-ROLL_COST = 0.001
+ROLL_COST = 0.006
 """What it costs to turn the camera half round against the photo before."""
 SAME_PLACE = 0.02
 """Corners nearer to each other, in picture units, are the same."""
