@@ -1,7 +1,9 @@
-"""How fast foldability is decided: ``python benchmarks/foldability.py [--golden DIR]``. Prints one JSON document.
+"""How fast foldability is decided: ``python benchmarks/foldability.py [--golden DIR] [--flat-folder DIR]``. Prints one JSON
+document.
 
 Miura-ori by size, squares folded eight times through all layers, maps without letters (whose counts are known), and,
-given its folder, the golden set with the number of verdicts and counts that agree.
+given its folder, the golden set with the number of verdicts and counts that agree. With ``--flat-folder`` and a clone of Flat-Folder,
+only its examples of 500 to 6,000 faces are folded, by both, in processor seconds (``flat_folder.py``).
 """
 
 import argparse
@@ -10,6 +12,7 @@ import time
 from pathlib import Path
 
 from crease_patterns import all_layers, map_grid, miura
+from flat_folder import side_by_side
 from folding_server.simulator.foldability import CreasePattern, check_pattern
 
 
@@ -57,7 +60,13 @@ def main() -> None:
     """Measure everything and print it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--golden", type=Path, help="folder with golden.jsonl and patterns/")
+    parser.add_argument("--flat-folder", type=Path, help="a clone of Flat-Folder; needs node")
+    parser.add_argument("--every", type=int, default=1, help="compare every so many-th of its examples")
+    parser.add_argument("--seconds", type=float, default=600, help="how long Flat-Folder may take for one")
     options = parser.parse_args()
+    if options.flat_folder:
+        print(json.dumps(side_by_side(options.flat_folder, options.every, options.seconds), indent=1))
+        return
     rows = [measured("warm-up", miura(2, 2), 1)]
     rows += [measured(f"miura {n}x{n}", miura(n, n), 1000) for n in (4, 8, 12, 16)]
     rows += [measured(f"all layers, 8 folds, seed {seed}", all_layers(8, seed), 1) for seed in range(4)]

@@ -7,8 +7,9 @@ rules of ``token_counting.py``. The savings:
 
 summary             every step starts from a fresh context with a text summary; without it, the conversation goes on
 repeated_pictures   a picture that the step has shown before is replaced by a line, and so is the film once the paper
-                    has moved; diagrams of earlier states stay
-old_states          of all answers in the step that tell the paper's current state, only the last tells it
+                    has moved; once it is drawn as it is now, pictures of it as it was are half as wide and high; a
+                    critic's match is told without the pictures that it was given
+old_states          of all that tells the paper's current state in the step, only the last does
 brief_answers       the data of an answer is left out where its short text says the same
 brief_descriptions  tools are described by the first paragraph of their descriptions
 standard_tools      only the paper's tools, ``undo`` and ``compare_to_frame`` are on offer
@@ -27,7 +28,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -45,7 +46,8 @@ from folding_client.messages import (
     tool_answer,
     user,
 )
-from folding_client.models.litellm_model import LitellmModel, litellm
+from folding_client.models.chat_format import chat_messages, chat_tools, dialect_of
+from folding_client.models.litellm_model import LitellmModel, entry_of, litellm
 from folding_client.settings import Settings
 from folding_prompts import prompt
 from providers.base import Says, Turn
@@ -86,11 +88,14 @@ class Count:
     cacheable: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RULES, 0))
     critic: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RULES, 0))
 
-    def add(self, role: str, sent: Sequence[Piece], before: Sequence[Piece]) -> None:
-        """Count a request, given the one before it of the same role."""
+    def add(
+        self, role: str, sent: Sequence[Piece], before: Sequence[Piece], providers: Collection[str]
+    ) -> None:
+        """Count a request for some providers, given the one before it of the same role."""
         repeated = _common_length(sent, before)
         for index, (_, tokens) in enumerate(sent):
-            for provider, count in tokens.items():
+            for provider in providers:
+                count = tokens[provider]
                 self.input[provider] += count
                 self.cacheable[provider] += count if index < repeated else 0
                 self.critic[provider] += count if role == "critic" else 0
@@ -103,14 +108,18 @@ class CountingProvider(OpenAI):
         super().__init__()
         self.count = Count()
         self.role = "agent"
+        self.told_to_gemini: list[Piece] = []
+        """The query that comes next as it goes to Gemini, which takes pictures in resolutions that others do not know."""
         self._before: dict[str, list[Piece]] = {}
 
     def next_turn(self, path: str, body: dict[str, Any], headers: dict[str, str]) -> Turn:  # noqa: ARG002
         """Any reply does, since what follows is on record."""
         self.check(path, body)
-        sent = list(pieces(body))
-        self.count.add(self.role, sent, self._before.get(self.role, []))
-        self._before[self.role] = sent
+        for to, sent in (("others", list(pieces(body))), ("gemini", self.told_to_gemini)):
+            counted = {"gemini"} if to == "gemini" else RULES.keys() - {"gemini"}
+            known = f"{self.role} {to}"
+            self.count.add(self.role, sent, self._before.get(known, []), counted)
+            self._before[known] = sent
         return Says("Noted.")
 
 
@@ -179,7 +188,7 @@ def _without_summary(opening: Message, frame: int, frames: int) -> Message:
         return opening
     said = opening.said.partition("The current state:")
     numbers = {"frames": frames, "before": frame - 1, "frame": frame, "remaining": frames - frame + 1}
-    told = prompt("agent/later_step", history="(as above)", state="", pictures="", **numbers)
+    told = prompt("agent/later_step", history="(as above)", state="", **numbers)
     return user(told.partition("The current state:")[0] + said[1] + said[2], opening.shown)
 
 
@@ -194,8 +203,12 @@ async def replayed(queries: Iterator[Query]) -> Count:
     with CountingProvider() as provider:
         settings = Settings(api_base=provider.url)
         model = LitellmModel(f"litellm/{PRICED['openai']}", settings, lambda *_: None)
+        gemini = dialect_of(entry_of(PRICED["gemini"]))
         for query in queries:
             provider.role = query.role
+            provider.told_to_gemini = list(
+                pieces({"messages": chat_messages(query.messages, gemini), "tools": chat_tools(query.tools)})
+            )
             await model.query(query.messages, query.tools)
         return provider.count
 

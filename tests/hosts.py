@@ -76,11 +76,19 @@ async def in_memory(
     allowed: Path | None = None,
     shared: bool = False,
     read_only: bool = False,
+    for_evaluation: bool = False,
     **client: Any,
 ) -> AsyncIterator[Host]:
     """A host connected to a server in this process; ``client`` are options of the SDK's client."""
     folders = (allowed,) if allowed else ()
-    settings = ServerSettings(data, sequences=sequences, allowed=folders, shared=shared, read_only=read_only)
+    settings = ServerSettings(
+        data,
+        sequences=sequences,
+        allowed=folders,
+        shared=shared,
+        read_only=read_only,
+        for_evaluation=for_evaluation,
+    )
     with AppContext(settings) as app:
         async with Client(FoldingServer(app), **client) as connected:
             yield Host(connected)

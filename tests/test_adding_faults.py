@@ -30,14 +30,23 @@ import sys
 from pathlib import Path
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.services.sequence_adding import SequenceWish, add_to_library
+from folding_server.mcp.services.sequence_jobs import make_sequence
+import anyio
 
 data, films = Path(sys.argv[1]), Path(sys.argv[2])
+
+def announce(doing, part):
+    print(part, flush=True)
+    if part > 0.5:
+        input()
+
+async def add():
+    async def make(work, folder):
+        return make_sequence(announce, work, folder)
+    await add_to_library(app, SequenceWish(("hat",), keyframes=(2, 3)), make, shown=False)
+
 with AppContext(ServerSettings(data, allowed=(films,))) as app:
-    def tell(part):
-        print(part, flush=True)
-        if part > 0.5:
-            input()
-    add_to_library(app, SequenceWish(("hat",), keyframes=(2, 3)), tell)
+    anyio.run(add)
 """
 """Adds the photos of a folder, and waits for good once half of them are written."""
 
@@ -195,6 +204,19 @@ class TestOwners:
         assert "the sequences that ada added take up" in refused.lower()
         assert "at most 0.03 MB" in refused
 
+    async def test_whoever_reaches_a_run_without_a_token_sees_the_photos_that_its_owner_added(
+        self, tmp_path: Path, films: Path
+    ) -> None:
+        data = tmp_path / "data"
+        with served_to(ServerSettings(data, allowed=(films,), shared=True), tmp_path, "ada") as url:
+            async with called_by("ada", url) as ada:
+                await ada.call("add_sequence", paths="hat")
+                run_id = (await ada.call("open_run", sequence="hat"))["run_id"]
+        async with in_memory(data) as host:
+            assert (await host.call("open_run", run_id=run_id))["frames"] == 4
+            assert len(images_of(await host.answer("view_frame", frame=1))) == 1
+            assert await names(host) == []
+
 
 async def names(host: Host) -> list[str]:
     """The sequences that a host is shown."""
@@ -225,11 +247,19 @@ from pathlib import Path
 from folding_server.errors import FoldingError
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.services.sequence_adding import SequenceWish, add_to_library
+from folding_server.mcp.services.sequence_jobs import make_sequence
+import anyio
+
+async def make(work, folder):
+    return make_sequence(lambda doing, part: None, work, folder)
+
+async def add(path):
+    return await add_to_library(app, SequenceWish((path,)), make, shown=True)
 
 with AppContext(ServerSettings(Path(sys.argv[1]), allowed=(Path(sys.argv[2]),))) as app:
-    print(add_to_library(app, SequenceWish(("hat",)), lambda part: None).name, "cv2" in sys.modules)
+    print(anyio.run(add, "hat").name, "cv2" in sys.modules)
     try:
-        add_to_library(app, SequenceWish(("film.mp4",)), lambda part: None)
+        anyio.run(add, "film.mp4")
     except FoldingError as refusal:
         print(refusal)
 """

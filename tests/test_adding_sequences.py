@@ -16,7 +16,7 @@ from folding_server.arrays import RgbImage
 from folding_server.frames.added_sequences import added_folder
 from folding_server.frames.image_files import decode
 from folding_server.frames.sequences import Library
-from folding_server.mcp.services.sequence_adding import MOST_TILES, SHEET_SIDE
+from folding_server.mcp.services.sequence_jobs import MOST_TILES, SHEET_SIDE
 from hosts import Host, images_of, in_memory, text_of
 from paths import EXAMPLES
 from photographed import photos

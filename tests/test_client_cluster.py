@@ -11,14 +11,21 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from client_runs import events, program, sequence, settings
-from distributed import LocalCluster
+from client_runs import PLANTED_KEY, events, program, sequence, settings
+from client_runs import save as says_save
+from distributed import Client, LocalCluster
 from folding_client.batch import cluster
-from folding_client.batch.cluster import run_on_cluster
-from folding_client.batch.runner import BatchEntry, Listener
+from folding_client.batch.batch_entry import BatchEntry
+from folding_client.batch.batch_index import BatchIndex
+from folding_client.batch.cluster import run_on_cluster, work_on_cluster
+from folding_client.batch.conditions import Condition
+from folding_client.batch.runner import Batch, planned_batch
+from folding_client.batch.scheduling import Listener
 from folding_client.interrupts import UsageError
 from folding_client.record.event_log import EventLog, read_events
 from folding_client.record.folder import RunFolder
+from providers.base import Says
+from providers.openai import OpenAI
 from test_client_commands import TURN, command, save, script
 
 
@@ -234,3 +241,74 @@ def test_a_worker_that_dies_loses_nothing_that_was_saved(tmp_path: Path) -> None
     kinds = [event["kind"] for event in events(run) if event["kind"] in ("opened", "resumed", "ended")]
     assert kinds == ["opened", "resumed", "ended"]
     assert [len(step) for step in program(run)] == [1, 1]
+
+
+@pytest.mark.slow
+def test_of_a_batch_whose_worker_is_killed_nothing_is_lost_and_nothing_done_twice(tmp_path: Path) -> None:
+    looks = [[{"tool": "render_current", "arguments": {}}]] * 25
+    model = script(tmp_path, [save(1)], [TURN, save(2)], *looks, [TURN, save(3)], [TURN, save(4)], *looks)
+    sequences = [sequence(frames) for frames in (2, 3, 4)]
+    third = tmp_path / sequence(4).name
+
+    async def work() -> list[BatchEntry]:
+        async with LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", asynchronous=True
+        ) as local:
+            batch = asyncio.ensure_future(
+                run_on_cluster(
+                    local.scheduler_address, sequences, tmp_path, settings(model=model), Listener()
+                )
+            )
+            while not _is_looking(third):
+                assert not batch.done()
+                await asyncio.sleep(0.02)
+            holders = await _workers_at_work(local.scheduler_address)
+            os.kill(holders[-1], signal.SIGKILL)
+            return await batch
+
+    lines = asyncio.run(work())
+    assert [line.status for line in lines] == ["complete"] * 3
+    for folder in (tmp_path / each.name for each in sequences):
+        kinds = [event["kind"] for event in events(folder, "opened", "resumed", "ended")]
+        assert kinds.count("opened") == kinds.count("ended") == 1
+        saved = [event["frame"] for event in events(folder, "step_over")]
+        assert saved == sorted(set(saved)), "no frame was saved twice"
+        assert len(program(folder)) == saved[-1] - 1
+    with BatchIndex(tmp_path) as index:
+        index.add(sequences, [Condition(settings(model=model))])
+        assert index.sums().counts == {"complete": 3}
+        assert [task.tries for task, _ in index.entries()] == [1, 1, 1]
+
+
+def _is_looking(run: Path) -> bool:
+    file = run / "events.jsonl"
+    return file.exists() and "render_current" in file.read_text()
+
+
+async def _workers_at_work(address: str) -> list[int]:
+    """The processes of the workers of a cluster that have a task."""
+    async with Client(address, asynchronous=True) as client:
+        busy = await client.processing()
+        told = (await client.scheduler.identity())["workers"]
+        pids = await client.run(os.getpid)
+    assert set(busy) <= set(told)
+    return [pids[worker] for worker, tasks in busy.items() if tasks]
+
+
+def test_on_a_cluster_the_ceiling_of_cost_stops_every_run_before_its_next_query(
+    tmp_path: Path, scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", PLANTED_KEY)
+    monkeypatch.setattr(cluster, "POLL_SECONDS", 0.05)
+    model = "litellm/openai/gpt-4o"
+    looks = [Says(calls=[("get_current_state", {})])] * 60
+    with OpenAI(says_save(1), *looks) as provider:
+        given = settings(model=model, api_base=provider.url)
+        batch = Batch([sequence(2)], [Condition(given)], tmp_path, most_cost=0.01)
+        with planned_batch(batch, Listener()) as planned:
+            asyncio.run(work_on_cluster(scheduler, planned))
+            (line,) = planned.entries()
+    assert line.status == "stopped"
+    assert "The limit of $0.01 for the whole batch is reached" in line.reason
+    assert line.cost is not None and 0.01 <= line.cost < 0.15
+    assert planned.budget.spent == pytest.approx(line.cost)

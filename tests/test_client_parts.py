@@ -13,7 +13,7 @@ from folding_client.agent.calls import checked_arguments
 from folding_client.agent.context import StepContext
 from folding_client.agent.context_compaction import ContextPolicy, without_repeated_pictures
 from folding_client.agent.tool_selection import on_offer
-from folding_client.batch.runner import sequences_of
+from folding_client.batch.sequence_lists import sequences_of
 from folding_client.interrupts import CallRefused, ReplyUnreadable, UsageError
 from folding_client.messages import Message, Picture, ToolCall, ToolResult, ToolSpec, tool_answer, user
 from folding_client.models.scripted import load_script
@@ -283,7 +283,7 @@ def test_a_batch_s_sequences_come_from_a_folder_or_a_list(tmp_path: Path) -> Non
 def test_the_client_imports_neither_server_nor_geometry() -> None:
     code = (
         "import sys, folding_client.cli, folding_client.batch.cluster, folding_client.models.litellm_model; "
-        "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'distributed') if name in sys.modules])"
+        "print([name for name in ('folding_server', 'cv2', 'shapely', 'litellm', 'distributed', 'inspect_ai', 'opentelemetry.sdk') if name in sys.modules])"
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.strip() == "[]"

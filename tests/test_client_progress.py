@@ -20,8 +20,9 @@ from client_runs import (
     settings,
     shortened,
 )
+from folding_client.agent.toolbox import saved_against
 from folding_client.messages import Usage
-from folding_client.progress import Shown
+from folding_client.progress import Shown, spent
 from folding_client.reconstruct import new_job, reconstruct
 from folding_client.record.fits import Fit, FitSummary, fit_summary
 from folding_client.record.totals import Totals
@@ -156,3 +157,46 @@ def test_a_summary_is_one_line() -> None:
     assert FitSummary(1, 0, {2: Fit(None, None, "selector")}, ()).text == (
         "0 of 1 steps match; doubtful frames: 2 (chosen among the attempts)"
     )
+
+
+def test_an_undo_that_ends_an_attempt_begins_another_on_the_line(tmp_path: Path) -> None:
+    undo = Says(calls=[("undo", {})])
+    text = io.StringIO()
+    console = Console(file=text, force_terminal=False, width=400, color_system=None)
+    turns = (save(1), act(TURN), undo, act(TURN), save(2))
+    with OpenAI(*turns) as provider, Shown(console) as progress:
+        job = new_job(sequence(2), tmp_path / "run", settings(model=MODEL, api_base=provider.url))
+        assert asyncio.run(reconstruct(job, progress)).status == "complete"
+    assert [line.partition(";")[0].partition(" (0:")[0] for line in text.getvalue().splitlines()] == [
+        "0 of 2 frames done, working on frame 1",
+        "1 of 2 frames done, working on frame 2",
+        "1 of 2 frames done, working on frame 2, attempt 2",
+    ]
+
+
+def test_a_model_that_asks_nobody_has_no_queries_to_tell_of() -> None:
+    assert spent({"agent": Totals(queries=7)}) == ""
+    assert spent({"agent": Totals(queries=1, input_tokens=9)}).startswith("1 query, 9 tokens")
+
+
+def test_what_was_saved_against_the_critic_is_read_back_from_the_record() -> None:
+    def saved(frame: int) -> dict[str, object]:
+        return {
+            "kind": "result",
+            "name": "save_checkpoint",
+            "is_error": False,
+            "structured": {"frame": frame},
+        }
+
+    said = [{"kind": "saved_against", "frame": frame, "verdict": "MISMATCH"} for frame in (2, 3, 4)]
+    events = [
+        saved(2),
+        said[0],
+        saved(3),
+        said[1],
+        saved(4),
+        said[2],
+        saved(3),
+        {"kind": "selected", "frame": 4},
+    ]
+    assert saved_against(events) == {2: "MISMATCH"}

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from client_runs import PLANTED_KEY, run, sequence, served, server_url
 from folding_client import exits
-from folding_client.batch.runner import BatchEntry
+from folding_client.batch.batch_entry import BatchEntry
 from folding_client.critic_accuracy.accuracy import CriticAccuracy
 from folding_client.dry_run import DryRun
 from folding_client.interrupts import UsageError

@@ -290,7 +290,7 @@ def test_two_sequences_of_one_name_are_refused_and_others_still_served(tmp_path:
     write_sequence_folder(tmp_path / "b" / "boat", [1])
     library = Library([tmp_path / "a", tmp_path / "b"])
     assert [sequence.name for sequence in library.sequences()] == ["boat"]
-    with pytest.raises(PhotoError, match="2 sequences are called 'crane'"):
+    with pytest.raises(PhotoError, match="2 sequences are called 'crane' \\(a/crane and b/crane\\)"):
         library.open("crane")
     assert len(library.problems()) == 1
 

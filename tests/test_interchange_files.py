@@ -153,7 +153,7 @@ def test_obj_has_a_group_a_face_lifted_by_its_layer(seed: int) -> None:
     lines = [line.split() for line in obj_text(paper, 0.5).splitlines()]
     corners = [tuple(map(float, line[1:])) for line in lines if line[0] == "v"]
     groups = [line[1] for line in lines if line[0] == "g"]
-    faces = [[corners[int(i) - 1] for i in line[1:]] for line in lines if line[0] == "f"]
+    faces = [[corners[int(i.partition("/")[0]) - 1] for i in line[1:]] for line in lines if line[0] == "f"]
     assert groups == [f"face_{face}" for face in paper.order]
     depth = {f: i for i, layer in enumerate(layers_of_planes(paper)) for plane in layer for f in plane}
     for face, outline in zip(paper.order, faces, strict=True):

@@ -20,6 +20,9 @@ from folding_client.cli import app as client
 from folding_client.cli import main as client_main
 from folding_server.cli import app as server
 from folding_server.cli import main as server_main
+from folding_server.interchange.fold_format import fold_document, fold_text
+from folding_server.interchange.obj import obj_text
+from folding_server.simulator import new_paper
 from paths import ROOT
 from PIL import Image
 from typer.main import get_command
@@ -66,17 +69,20 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(ROOT / "examples" / "programs", place / "examples" / "programs")
     whole = json.loads((place / "examples" / "programs" / "cat.json").read_text())
     (place / "PROGRAM").write_text(json.dumps({**whole, "steps": whole["steps"][:1]}))
+    (place / "WORDS.txt").write_text("1. Rotate the paper 45° clockwise.\n", encoding="utf-8")
     for folder, frames in KEPT_FRAMES.items():
         shorten(ROOT / "examples" / "cat", place / folder, frames)
     shutil.copytree(place / "sequences", place / "FOLDER")
     (place / "Movies").mkdir()
     shutil.copy(write_clip(place / "clip.mp4", [Rest(SQUARE)]).path, place / "VIDEO")
     with pytest.MonkeyPatch.context() as patch:
-        assert (
-            finished(["foldingagent-server", "simulate", "PROGRAM", "--cp", "PATTERN.fold"], place, patch)
-            == 0
-        )
+        for pattern in ("PATTERN.fold", "PATTERN.cp"):
+            written = ["foldingagent-server", "simulate", "PROGRAM", "--cp", pattern]
+            assert finished(written, place, patch) == 0
         assert finished(["foldingagent", "run", "SEQUENCE", "--out", "RUN"], place, patch) == 0
+    (place / "STATES").mkdir()
+    (place / "STATES" / "1.fold").write_text(fold_text(fold_document(new_paper())))
+    (place / "MESH.obj").write_text(obj_text(new_paper()))
     shutil.copytree(place / "RUN", place / "runs" / "cat-20260101-120000")
     return place
 

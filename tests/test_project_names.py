@@ -33,6 +33,7 @@ NAMES_ALIKE: Places = {
     "rotate": frozenset({TOOLS, f"{SIMULATOR}/motions.py"}),
     "flip": frozenset({TOOLS, f"{SIMULATOR}/motions.py"}),
     # A subcommand calls the function that it is named for.
+    "refold": frozenset({f"{SERVER}/wording/refold_command.py", f"{SERVER}/wording/refolding.py"}),
     "photograph": frozenset({f"{SERVER}/cli.py", f"{SERVER}/photographer/photographing.py"}),
     "serve": frozenset({f"{SERVER}/cli.py", f"{SERVER}/mcp/http/serving.py"}),
     "simulate": frozenset({f"{SERVER}/cli.py", f"{SERVER}/simulate.py"}),

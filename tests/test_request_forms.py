@@ -167,6 +167,20 @@ def test_a_model_that_is_known_to_take_no_pictures_is_not_begun_with(tmp_path: P
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize("model", ["openai/o3-mini", "deepseek/deepseek-chat"])
+def test_a_model_that_takes_no_pictures_can_be_an_agent_that_is_told_what_it_does_not_see(
+    tmp_path: Path, model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DEEPSEEK_API_KEY", "sk-none")
+    seeing = dict.fromkeys(("critic", "overview", "selector"), "geometric")
+    turn = Says(calls=[("rotate", {"angle": 45.0})])
+    with OpenAI(save(1), turn, save(2)) as provider:
+        outcome = run(2, tmp_path / "run", model=f"litellm/{model}", api_base=provider.url, **seeing)
+    assert outcome.status == "complete"
+    assert "image_url" not in str(provider.received)
+    assert "Not shown, for you take no pictures: photo of frame 1" in str(provider.received[1]["messages"])
+
+
 @pytest.mark.parametrize(
     "words",
     [

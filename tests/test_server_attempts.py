@@ -8,6 +8,7 @@ import pytest
 from folding_schemas.attempt_limits import TECHNICAL_RETURN
 from folding_server.mcp.context import AppContext, ServerSettings
 from folding_server.mcp.server import FoldingServer
+from folding_server.mcp.tools.attempts import MOST_EARLIER_STATES
 from hosts import Host, data_of, images_of, in_memory, server, text_of
 from mcp import Client
 from photographed import photos
@@ -62,6 +63,19 @@ async def test_a_technical_return_is_true_or_left_out(tmp_path: Path) -> None:
         )
         assert result.is_error
         assert "'cut off' is not possible; send true, or leave it out" in text_of(result)
+
+
+async def test_of_many_earlier_states_the_newest_are_drawn_and_it_is_said_how_many_are_not(
+    tmp_path: Path,
+) -> None:
+    async with at_frame_1(tmp_path) as host:
+        for angle in range(1, MOST_EARLIER_STATES + 4):
+            await host.call("rotate", angle=angle)
+        result = await host.answer("list_attempts", frame=2, images="none")
+    listed = data_of(result)
+    assert [each["state"] for each in listed["states"]] == [15, *range(3, 15)]
+    assert listed["left_out"] == 2
+    assert "2 older states of the attempts can be chosen too and are not drawn" in text_of(result)
 
 
 async def test_every_state_is_listed_drawn_compared_and_can_be_committed(tmp_path: Path) -> None:

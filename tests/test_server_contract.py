@@ -20,7 +20,7 @@ def test_the_tools_are_those_of_the_contract() -> None:
 
 
 def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
-    for tool in tools(reading_files=True):
+    for tool in tools(reading_files=True, for_evaluation=True):
         assert len(tool.description) > 80, tool.name
         assert all(schema.get("description") for schema in tool.parameters.get("properties", {}).values()), (
             tool.name
@@ -29,11 +29,13 @@ def test_every_tool_says_what_it_is_for_and_what_its_arguments_mean() -> None:
             "list_sequences",
             "list_runs",
             "add_sequence",
+            "try_program",
+            "remove_sequence",
         }
 
 
 def test_descriptions_say_the_bounds_that_are_not_sent_to_every_model() -> None:
-    for tool in tools(reading_files=True):
+    for tool in tools(reading_files=True, for_evaluation=True):
         for name, schema in tool.parameters["properties"].items():
             for each in (schema, *schema.get("anyOf", ())):
                 for bound in ("minimum", "maximum"):
@@ -45,13 +47,16 @@ def test_descriptions_say_the_bounds_that_are_not_sent_to_every_model() -> None:
 def test_the_page_about_the_tools_names_them_all_and_no_others() -> None:
     table = (ROOT / "docs" / "tools.md").read_text(encoding="utf-8").partition("## Which run")[0]
     named = re.findall(r"`(\w+)`", table)
-    assert sorted(named) == sorted(tool.name for tool in tools(reading_files=True))
+    assert sorted(named) == sorted(tool.name for tool in tools(reading_files=True, for_evaluation=True))
 
 
 def test_the_reference_says_what_the_tools_say() -> None:
     written = tool_reference.FILE.read_text(encoding="utf-8")
     assert written == tool_reference.reference(), "run tests/contract/tool_reference.py and commit its result"
-    assert all(f"## `{tool.name}`: {tool.title}" in written for tool in tools(reading_files=True))
+    assert all(
+        f"## `{tool.name}`: {tool.title}" in written
+        for tool in tools(reading_files=True, for_evaluation=True)
+    )
 
 
 @pytest.fixture

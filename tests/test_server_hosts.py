@@ -30,6 +30,8 @@ PICTURES: dict[str, dict[str, Any]] = {
     "critic_grid": {"frame": 2},
     "compare_to_frame": {"frame": 2},
     "export_state": {"format": "png"},
+    "get_instructions": {},
+    "try_program": {"program": {"steps": [[{"action": "fold", "edge": [1, 3], "direction": 1}]]}},
 }
 """A call of each tool with pictures that has some."""
 

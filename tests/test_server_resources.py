@@ -10,6 +10,8 @@ from folding_prompts import prompt, tool_description
 from folding_schemas.actions import Program
 from folding_schemas.results import RunInfo, SequenceList
 from folding_schemas.state import FoldedState
+from folding_server.frames.image_files import decode_bytes
+from folding_server.frames.sequences import THUMBNAIL_BYTES, THUMBNAIL_SIDE
 from hosts import Host, in_memory
 from mcp.types import BlobResourceContents, PromptReference, TextContent, TextResourceContents
 from paths import ROOT
@@ -51,8 +53,11 @@ async def test_sequences_and_photos_can_be_read_as_resources(tmp_path: Path) -> 
     async with in_memory(tmp_path, photos()) as host:
         listed = SequenceList.model_validate_json(await text(host, "folding://sequences"))
         photo = await data(host, "folding://sequences/sailboat/frames/4")
+        thumbnail = await data(host, "folding://sequences/sailboat/frames/4/thumbnail")
     assert "sailboat" in [each.name for each in listed.sequences]
     assert photo.startswith(b"\xff\xd8")
+    assert max(decode_bytes(thumbnail, "the thumbnail").shape) == THUMBNAIL_SIDE
+    assert len(thumbnail) <= THUMBNAIL_BYTES < len(photo)
 
 
 async def test_every_resource_says_what_it_is(tmp_path: Path) -> None:
@@ -83,7 +88,7 @@ async def test_the_agent_s_critics_are_prompts_for_hosts_too(tmp_path: Path) -> 
         judge = (await host.client.get_prompt("judge_step", {"frame": "5"})).messages[0].content
         next_one = (await host.client.get_prompt("judge_step")).messages[0].content
         look_back = (await host.client.get_prompt("find_mistake")).messages[0].content
-    assert offered.keys() == {"reconstruct", "judge_step", "find_mistake"}
+    assert offered.keys() == {"reconstruct", "judge_step", "find_mistake", "teach_folding", "design_model"}
     assert all(each.title and each.description for each in offered.values())
     assert isinstance(judge, TextContent)
     assert isinstance(next_one, TextContent)

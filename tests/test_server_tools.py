@@ -355,11 +355,31 @@ class TestVerification:
         assert found["foldable"]
         assert found["states"] == 1
 
+    async def test_a_pattern_is_checked_without_a_run_and_its_faults_have_places(
+        self, tmp_path: Path
+    ) -> None:
+        corners = "1 0 0 9 0\n1 9 0 9 9\n1 9 9 0 9\n1 0 9 0 0\n"
+        async with in_memory(tmp_path) as host:
+            book = await host.call("check_foldability", pattern=corners + "2 0 0 9 9\n")
+            loose = await host.call("check_foldability", pattern=corners + "2 0 0 5 5\n")
+            refused = await host.answer("check_foldability", pattern="{")
+        assert (book["foldable"], book["exact"]) == (True, "1")
+        assert (loose["faults"][0]["kind"], loose["faults"][0]["places"]) == ("loose end", [[5.0, 5.0]])
+        assert refused.is_error
+        assert "The FOLD file is not JSON" in text_of(refused)
+
 
 class TestExports:
     @pytest.mark.parametrize(
         ("format_", "start"),
-        [("fold", "{"), ("crease-pattern", "{"), ("svg", "<svg"), ("obj", "#"), ("program", "{")],
+        [
+            ("fold", "{"),
+            ("crease-pattern", "{"),
+            ("cp", "1 "),
+            ("svg", "<svg"),
+            ("obj", "#"),
+            ("program", "{"),
+        ],
     )
     async def test_text_formats_come_as_text(self, tmp_path: Path, format_: str, start: str) -> None:
         async with in_memory(tmp_path) as host:

@@ -8,6 +8,7 @@ from direct_store import DirectStore
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
 from folding_server.errors import ActionRefused, RunError
 from folding_server.store import rules, run_store
+from folding_server.store.rules import MOST_TECHNICAL_RETURNS
 from folding_server.store.views import RunView
 
 TURN, FLIP, FOLD = Rotate(angle=30), Flip(axis="x"), Fold(edge=(1, 3), direction=1)
@@ -133,6 +134,22 @@ def test_a_technical_return_costs_no_attempt_and_what_was_done_can_still_be_chos
     view = store.restore(run_id, 1)
     assert (view.used(2), view.attempts_left) == (1, 4)
     assert store.commit(run_id, 2, 3).actions == (TURN,)
+
+
+def test_technical_returns_are_taken_so_often_at_a_frame_and_then_cost_an_attempt(
+    store: DirectStore, run_id: str
+) -> None:
+    for _ in range(MOST_TECHNICAL_RETURNS):
+        act(store, run_id, TURN)
+        store.restore(run_id, 1, technical=True)
+    act(store, run_id, TURN)
+    with pytest.raises(
+        RunError, match=f"{MOST_TECHNICAL_RETURNS} attempts at frame 2 have ended for technical"
+    ):
+        store.restore(run_id, 1, technical=True)
+    view = store.restore(run_id, 1)
+    assert (view.used(2), view.attempts_left) == (1, 4)
+    assert store.restore(run_id, 1, technical=True).used(2) == 1
 
 
 def test_a_frame_is_tried_anew_after_an_earlier_one_was_changed_but_from_three_states_at_most(

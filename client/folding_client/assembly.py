@@ -17,10 +17,10 @@ from folding_client.roles.critic import Critic, GeometricCritic, ModelCritic
 from folding_client.roles.overview import GeometricOverview, ModelOverview, OverviewCritic
 from folding_client.roles.role_client import RoleClient
 from folding_client.roles.selector import GeometricSelector, ModelSelector, Selector
-from folding_client.run_limits import UNLIMITED, SpendingLimits, spending_limits
+from folding_client.run_limits import UNLIMITED, SharedLimit, SpendingLimits, spending_limits
 from folding_client.search.hybrid import HybridSolver
 from folding_client.search.search_file import known_search
-from folding_client.settings import ROLES, ModelRole, Settings
+from folding_client.settings import ROLES, WITHOUT_ASKING, ModelRole, Settings
 from folding_client.variants.few_shot import solved_examples
 from folding_client.variants.vlm_cp import PatternPerStep
 from folding_client.variants.vlm_s import PlanPerStep
@@ -60,16 +60,16 @@ class RoleModels:
         return RoleClient(role, model, recorder, limit, self.limits, pricing)
 
 
-def make_role_models(settings: Settings, recorder: Recorder) -> RoleModels:
-    """The models that the settings name, each where it stood if the run is resumed. UsageError for an unknown
-    id.
+def make_role_models(settings: Settings, recorder: Recorder, shared: SharedLimit | None = None) -> RoleModels:
+    """The models that the settings name, each where it stood if the run is resumed, within the limits of the run and one that
+    it may share. UsageError for an unknown id.
     """
     return RoleModels(
         make_model("agent", settings, recorder),
         _asked("critic", settings, recorder),
         _asked("overview", settings, recorder),
         _asked("selector", settings, recorder),
-        spending_limits(settings),
+        spending_limits(settings, shared),
         read_prices(settings.prices),
     )
 
@@ -88,6 +88,8 @@ def needed_tools(settings: Settings) -> frozenset[str]:
         needed |= {"get_current_state", "view_frame", "render_current"}
     if settings.hybrid or settings.model == "geometric":
         needed |= {"propose_actions", "compare_to_frame"}
+    if settings.is_baseline:
+        needed |= {"compare_to_frame", "get_current_state", "undo"}
     if "geometric" in {settings.role(role) for role in ROLES[1:]}:
         needed |= {"compare_to_frame"}
     return needed | ({"critic_grid"} if settings.role("critic") != "geometric" else frozenset())
@@ -118,7 +120,7 @@ def make_worker(
     colors: tuple[str, str],
 ) -> Worker:
     """What the settings' variant names, on a server whose run is open."""
-    role_client = role_models.client("agent", recorder, settings.max_queries)
+    role_client = role_models.client("agent", recorder, settings.query_limit)
     examples = solved_examples(settings.variant) if settings.few_shot else ()
     match settings.variant:
         case "agent":
@@ -162,11 +164,12 @@ def _agent(
         tools=settings.tool_set,
         policy=policy,
         also=PROPOSING if settings.hybrid else frozenset(),
+        unseen=frozenset({"compare_to_frame"}) if settings.model == "search" else frozenset(),
     )
-    role_client = role_models.client("agent", recorder, settings.max_queries)
+    role_client = role_models.client("agent", recorder, settings.query_limit)
     examples = solved_examples("agent") if settings.few_shot else ()
     agent_settings = AgentSettings(
-        settings.failures_per_step, policy, examples, looks=settings.asked_model != "geometric"
+        settings.failures_per_step, policy, examples, looks=settings.asked_model not in WITHOUT_ASKING
     )
     solver = HybridSolver(server, recorder, known_search(recorder)) if settings.hybrid else None
     selector = make_selector(role_models, server, recorder)

@@ -1,20 +1,26 @@
 """``foldingagent``: reconstruct sequences, resume and replay runs, ask what models cost and how well a critic judges."""
 
 import json
-from collections.abc import Coroutine, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
 
 from folding_client import options
-from folding_client.batch.runner import BatchEntry, Listener, run_batch, sequences_of
+from folding_client.batch.batch_command import BatchOptions, carry_out_batch
+from folding_client.batch.sequence_lists import sequences_of
 from folding_client.critic_accuracy.accuracy import accuracy_lines, critic_accuracy, sequences_with_truth
+from folding_client.data_sets.import_command import import_purelandfold_command
 from folding_client.dry_run import DryRun, dry_run, dry_run_lines
+from folding_client.evaluation.evaluate_command import evaluate_command
 from folding_client.exits import EXIT_DIFFERENT, EXIT_DOUBTFUL, EXIT_STOPPED, end_cleanly, finish
+from folding_client.exports.exported_run import exported_runs
+from folding_client.exports.inspect_logs import write_inspect_logs
+from folding_client.exports.spans import send_spans
 from folding_client.interrupts import UsageError
 from folding_client.models.model_table import model_lines, model_table
 from folding_client.models.requirements import require_models
@@ -23,8 +29,10 @@ from folding_client.progress import Shown, Silent
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
 from folding_client.record.replay import replay_run
+from folding_client.report_commands import report_command
 from folding_client.setting_sources import settings_from
 from folding_client.settings import Settings
+from folding_client.study_commands import study_command, study_score_command
 from folding_client.summaries import fits_of, outcome_document, outcome_lines
 from folding_client.videos import video_in_run_folder
 
@@ -34,7 +42,6 @@ app = typer.Typer(
     help="Reconstruct folding programs from photos of origami.",
 )
 _SHOWN = 20
-_DONE = frozenset({"complete", "skipped"})
 
 
 @app.callback()
@@ -155,53 +162,42 @@ def replay_command(
 def batch_command(
     given: options.Given,
     source: Annotated[
-        Path, typer.Argument(parser=options.path, help="Folder of sequences, or a file that lists folders.")
+        Path,
+        typer.Argument(
+            parser=options.path,
+            help="Folder of sequences, a file that lists folders, or an experiment in YAML.",
+        ),
     ],
-    jobs: Annotated[int | None, typer.Option(min=1, help="Sequences at a time; 1 if left out.")] = None,
-    dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")] = None,
-    out: Annotated[Path, typer.Option(parser=options.path, help="Where the run folders go.")] = Path("runs"),
+    models: options.Models = None,
+    variants: options.Variants = None,
+    seeds: options.Seeds = None,
+    jobs: options.Jobs = None,
+    tries: options.Tries = None,
+    max_batch_cost: options.MaxBatchCost = None,
+    dask: options.Dask = None,
+    shard: options.ShardOption = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=options.path, help="Where the run folders go; runs if left out.")
+    ] = None,
     config: options.Config = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Reconstruct many sequences; finished ones are skipped, unfinished ones continued."""
-    settings = settings_from(given, config)
-    sequences = sequences_of(source)
-    require_models(settings, keys=dask is None)
-    work = _batch(sequences, out.resolve(), settings, jobs, dask)
-    lines = finish(work, "the same command goes on from here")
-    if as_json:
-        typer.echo(json.dumps([asdict(line) for line in lines], indent=1))
-    else:
-        done = sum(line.status in _DONE for line in lines)
-        typer.echo(f"{done} of {len(lines)} sequences complete: {out}")
-    if any(line.status not in _DONE for line in lines):
-        raise typer.Exit(EXIT_STOPPED)
-    if any(line.mostly_doubtful for line in lines):
-        raise typer.Exit(EXIT_DOUBTFUL)
-
-
-def _batch(
-    sequences: list[Path], out: Path, settings: Settings, jobs: int | None, dask: str | None
-) -> Coroutine[Any, Any, list[BatchEntry]]:
-    """The work of a batch, in this process or on a cluster."""
-    if dask is None:
-        return run_batch(sequences, out, settings, jobs or 1, _Printed())
-    if jobs is not None:
-        message = (
-            "--jobs is for work in this process; with --dask the cluster has as many at a time as threads."
-        )
-        raise UsageError(message)
-    from folding_client.batch.cluster import run_on_cluster
-
-    return run_on_cluster(dask, sequences, out, settings, _Printed())
-
-
-class _Printed(Listener):
-    """Says on stderr how each sequence ended."""
-
-    def ended(self, line: BatchEntry) -> None:
-        """One line per sequence."""
-        typer.echo(line.text, err=True)
+    said = BatchOptions(
+        given,
+        config,
+        out,
+        models or (),
+        variants or (),
+        seeds or (),
+        jobs,
+        tries,
+        max_batch_cost,
+        dask,
+        shard,
+    )
+    if code := carry_out_batch(source, said, as_json=as_json):
+        raise typer.Exit(code)
 
 
 @app.command("critic-accuracy")
@@ -216,7 +212,6 @@ def critic_accuracy_command(
         ),
     ],
     count: Annotated[int, typer.Option(min=1, help="Right states to show, and as many wrong ones.")] = 25,
-    seed: Annotated[int, typer.Option(help="Of the choice of states.")] = 0,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -233,12 +228,42 @@ def critic_accuracy_command(
     folder = new_folder("critic-accuracy", out)
     say = partial(typer.echo, err=True)
     found = finish(
-        critic_accuracy(sequences, count, seed, settings, folder, say), f"the record is in {folder}"
+        critic_accuracy(sequences, count, settings.seed, settings, folder, say), f"the record is in {folder}"
     )
     typer.echo(redact(json.dumps(asdict(found), indent=1) if as_json else "\n".join(accuracy_lines(found))))
     if found.stopped:
         typer.echo(redact(found.stopped), err=True)
         raise typer.Exit(EXIT_STOPPED)
+
+
+app.command("evaluate")(evaluate_command)
+app.command("import-purelandfold")(import_purelandfold_command)
+
+
+@app.command("export-logs")
+def export_logs_command(
+    runs: Annotated[
+        list[Path], typer.Argument(parser=options.path, help="Run folders, or folders of them, at any depth.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", parser=options.path, help="Folder for logs in Inspect's format."),
+    ] = None,
+    kind: Annotated[Literal["eval", "json"], typer.Option("--format", help="eval or json.")] = "eval",
+    images: Annotated[bool, typer.Option(help="Keep the pictures in the logs.")] = True,
+    spans: Annotated[
+        bool, typer.Option("--spans", help="Send OpenTelemetry spans to OTEL_EXPORTER_OTLP_ENDPOINT.")
+    ] = False,
+) -> None:
+    """Write recorded runs as logs of Inspect, or send them as OpenTelemetry spans."""
+    if out is None and not spans:
+        message = "Name a folder for the logs with -o, or give --spans."
+        raise UsageError(message)
+    if out is not None:
+        for file in write_inspect_logs(exported_runs(runs), out, kind, images=images):
+            typer.echo(file)
+    if spans:
+        typer.echo(f"{send_spans(exported_runs(runs))} spans sent.")
 
 
 @app.command("models")
@@ -256,6 +281,11 @@ def models_command(
     typer.echo(
         json.dumps(asdict(table), indent=1) if as_json else redact("\n".join(model_lines(table))),
     )
+
+
+app.command("report")(report_command)
+app.command("study")(study_command)
+app.command("study-score")(study_score_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -15,7 +15,7 @@ from folding_client.models.prices import LITELLM, listed_price, read_prices
 from folding_client.progress import Silent
 from folding_client.reconstruct import about_run, new_job, opened_run, run_server
 from folding_client.record.recorder import Recorder
-from folding_client.settings import ROLES, Settings
+from folding_client.settings import ROLES, WITHOUT_ASKING, Settings
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ async def dry_run(sequence: Path, settings: Settings) -> DryRun:
     leaves to the model.
     """
     model = settings.role("agent")
-    if model == "geometric":
+    if model in WITHOUT_ASKING:
         return DryRun(model, [], [], 0, None)
     try:
         await _until_asked(sequence, settings)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import typer
+from folding_schemas.wrong_values import usage_sentence
 
 from folding_client.interrupts import Interrupt, UsageError
 from folding_client.record.folder import file_trouble
@@ -55,7 +56,7 @@ def end_cleanly(command: Callable[[], object]) -> NoReturn:
     try:
         code = command()
     except typer.TyperException as error:
-        _end(" ".join(error.format_message().replace("Value error, ", "").split()), error.exit_code)
+        _end(usage_sentence(error), error.exit_code)
     except Interrupt as error:
         _end(str(error), EXIT_USAGE if isinstance(error, UsageError) else EXIT_STOPPED)
     except BrokenPipeError:

@@ -11,13 +11,14 @@ from folding_schemas.pictures import PictureRole
 
 MessageRole = Literal["system", "user", "assistant", "tool"]
 JsonObject = dict[str, Any]
+Resolution = Literal["full", "medium", "small"]
 
 
 @dataclass(frozen=True)
 class Picture:
     """An encoded image. ``subject`` and ``frame`` say what it shows, so that a newer picture of the same thing can
     replace it; ``role`` says what kind of picture it is, None if its server did not say. A ``caption`` is told right
-    before it.
+    before it. The ``resolution`` is that in which a model is to see it.
     """
 
     data: bytes = field(repr=False)
@@ -26,6 +27,7 @@ class Picture:
     frame: int | None = None
     role: PictureRole | None = None
     caption: str = ""
+    resolution: Resolution = "full"
 
     def named(self, caption: str) -> "Picture":
         """The picture with a caption."""
@@ -141,10 +143,16 @@ class Message:
 
     def showing(self, pictures: "tuple[Picture, ...]", note: str) -> "Message":
         """The message with these pictures instead of its own, and a line that says so."""
+        shown = self.showing_instead(pictures)
+        if shown.result is None:
+            return replace(shown, said=f"{self.said}\n{note}".strip())
+        return replace(shown, result=replace(shown.result, notes=(*shown.result.notes, note)))
+
+    def showing_instead(self, pictures: "tuple[Picture, ...]") -> "Message":
+        """The message with these pictures instead of its own."""
         if self.result is None:
-            return replace(self, said=f"{self.said}\n{note}".strip(), shown=pictures)
-        notes = (*self.result.notes, note)
-        return replace(self, result=replace(self.result, pictures=pictures, notes=notes))
+            return replace(self, shown=pictures)
+        return replace(self, result=replace(self.result, pictures=pictures))
 
     @property
     def is_error(self) -> bool:
@@ -162,9 +170,10 @@ def user(text: str, pictures: tuple[Picture, ...] = ()) -> Message:
     return Message("user", text, pictures)
 
 
-def lettered(pictures: Sequence[Picture]) -> tuple[Picture, ...]:
-    """Pictures with the captions A, B, C, ... and what each shows."""
-    named = zip(ascii_uppercase, pictures, strict=False)
+def lettered(pictures: Sequence[Picture], diagrams: Resolution = "full") -> tuple[Picture, ...]:
+    """Pictures with the captions A, B, C, ... and what each shows; ``diagrams`` are seen in that resolution."""
+    seen = [replace(each, resolution=diagrams) if each.role == "diagram" else each for each in pictures]
+    named = zip(ascii_uppercase, seen, strict=False)
     return tuple(picture.named(f"{letter}: {picture.subject}") for letter, picture in named)
 
 
@@ -176,6 +185,14 @@ def answered(reply: Reply) -> Message:
 def tool_answer(call: ToolCall, result: ToolResult) -> Message:
     """A call's result as an entry of the conversation."""
     return Message("tool", call_id=call.id, tool=call.name, result=result)
+
+
+def last_results(messages: Sequence[Message]) -> list[ToolResult] | None:
+    """The results of the calls of the last reply; None if it called nothing, or there was no reply."""
+    last = max((index for index, message in enumerate(messages) if message.role == "assistant"), default=None)
+    if last is None or not messages[last].tool_calls:
+        return None
+    return [message.result for message in messages[last + 1 :] if message.result is not None]
 
 
 def json_text(data: JsonObject) -> str:

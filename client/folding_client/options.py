@@ -13,10 +13,13 @@ from folding_client.logs import LogLevel, show_logs
 
 def path(text: str) -> Path:
     """A path as given, where ``~`` is the user's own folder although no shell has seen it."""
+    if not text:
+        message = "the path is empty; give one, or . for the folder you are in"
+        raise typer.BadParameter(message)
     try:
         return Path(text).expanduser()
     except RuntimeError as error:
-        message = f"{text!r} begins with a user who has no folder here"
+        message = f"{text!r} begins with a user who has no folder here; give the whole path"
         raise typer.BadParameter(message) from error
 
 
@@ -39,13 +42,33 @@ _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 SETTINGS: Mapping[str, Any] = {
     "model": Annotated[
         str | None,
-        typer.Option(help="geometric, litellm/PROVIDER/MODEL, hybrid:PROVIDER/MODEL or scripted:FILE."),
+        typer.Option(
+            help="geometric, litellm/PROVIDER/MODEL, hybrid:PROVIDER/MODEL, random, search or scripted:FILE."
+        ),
     ],
     "critic": Annotated[str | None, typer.Option(help="Model of the critic; the agent's if left out.")],
     "overview": Annotated[str | None, typer.Option(help="Model of the overview critic.")],
     "selector": Annotated[str | None, typer.Option(help="Model of the selector.")],
     "variant": Annotated[str | None, typer.Option(help="agent, vlm-cp, vlm-s or vlm-s-c.")],
     "few_shot": Annotated[bool | None, typer.Option("--few-shot", help="Show the model solved examples.")],
+    "seed": Annotated[
+        int | None,
+        typer.Option(
+            help="Of what is drawn: actions of the model random, states shown to a critic; 0 if left out."
+        ),
+    ],
+    "search_depth": Annotated[
+        int | None, typer.Option(help="Moves in a row that the model search tries at a frame; 2 if left out.")
+    ],
+    "search_width": Annotated[
+        int | None, typer.Option(help="States of each depth that it goes on from; 4 if left out.")
+    ],
+    "search_tries": Annotated[
+        int | None, typer.Option(help="Moves that it tries at a frame; 300 if left out.")
+    ],
+    "search_time": Annotated[
+        str | None, typer.Option(metavar="TIME", help="Most time that it takes for a frame, such as 90s.")
+    ],
     "attempts": Annotated[int | None, typer.Option(help="Attempts for each frame; 5 if left out.")],
     "max_queries": Annotated[int | None, typer.Option(help="Most queries of the agent for a sequence.")],
     "max_cost": Annotated[
@@ -105,6 +128,30 @@ SequenceFolder = Annotated[
 ]
 Out = Annotated[Path | None, typer.Option(parser=path, help="Run folder; runs/NAME-TIME if left out.")]
 Resume = Annotated[Path | None, typer.Option(parser=path, help="Run folder to go on with.")]
+
+Models = Annotated[
+    list[str] | None,
+    typer.Option("--models", help="A model to compare; once for each. Its runs have a folder of their own."),
+]
+Variants = Annotated[
+    list[str] | None, typer.Option("--variants", help="A variant to compare; once for each.")
+]
+Seeds = Annotated[
+    list[int] | None, typer.Option("--seeds", help="A seed for runs of their own; once for each.")
+]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Runs at a time; 1 if left out.")]
+Tries = Annotated[
+    int | None, typer.Option(min=1, help="How often a run that fails is tried in this batch; 1 if left out.")
+]
+MaxBatchCost = Annotated[
+    float | None,
+    typer.Option(help="Most US dollars for all runs of the batch together; then all stop."),
+]
+Dask = Annotated[str | None, typer.Option(help="Address of a Dask scheduler whose workers do it.")]
+ShardOption = Annotated[
+    str | None,
+    typer.Option("--shard", metavar="I/N", help="Only the I-th of N parts of the corpus, by name."),
+]
 
 
 def with_settings(command: Callable[..., None]) -> Callable[..., None]:

@@ -58,6 +58,7 @@ class Shown:
         self._started = time.monotonic()
         self._where = ""
         self._attempt = 1
+        self._frame = 0
         self._totals: Mapping[str, Totals] = {}
         self._verdict = ""
         self._said = ""
@@ -74,7 +75,8 @@ class Shown:
     def step(self, frame: int, frames: int, saved: int) -> None:
         """Show the step; off a terminal, print it."""
         self._where = f"{saved} of {frames} frames done, working on frame {frame}"
-        self._attempt, self._verdict = 1, ""
+        if frame != self._frame:
+            self._frame, self._attempt, self._verdict = frame, 1, ""
         self._show("thinking")
 
     def doing(self, what: str) -> None:
@@ -103,7 +105,15 @@ class Shown:
         if tool == "compare_to_frame":
             self._verdict = f"{answer['verdict']} ({answer['agreement']:.2f})"
         elif tool == "restore_checkpoint" and self._where:
-            self._attempt = answer.get("next_attempt") or self._attempt
+            self._begin_attempt(answer.get("next_attempt") or self._attempt)
+        elif tool == "get_run" and self._where and (frame := answer.get("next_frame")) == self._frame:
+            made = answer.get("attempts", {}).get(str(frame), 0)
+            self._begin_attempt(made if answer.get("pending") else made + 1)
+
+    def _begin_attempt(self, number: int) -> None:
+        """Show that another attempt begins."""
+        if number > self._attempt:
+            self._attempt = number
             self._show("thinking")
 
     def _print_reply(self, data: Mapping[str, Any]) -> None:
@@ -137,13 +147,12 @@ class Shown:
 
 
 def spent(totals: Mapping[str, Totals]) -> str:
-    """What the roles have used, in words; empty before the first query."""
-    queries = sum(each.queries for each in totals.values())
-    if not queries:
+    """What the roles have used, in words; empty where they have used no tokens, as the geometric model, which asks nobody."""
+    queries, tokens = sum(each.queries for each in totals.values()), total_tokens(totals)
+    if not tokens:
         return ""
-    tokens = total_tokens(totals)
     said = f"{queries} {'query' if queries == 1 else 'queries'}"
-    return f"{said}, {tokens:,} tokens, {_price(totals)}" if tokens else said
+    return f"{said}, {tokens:,} tokens, {_price(totals)}"
 
 
 def _price(totals: Mapping[str, Totals]) -> str:

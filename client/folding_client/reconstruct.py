@@ -27,19 +27,22 @@ from folding_client.record.event_log import read_events
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.recorder import RECORD_FORMAT, Recorder
 from folding_client.record.redaction import MARK
-from folding_client.run_limits import in_time
+from folding_client.run_limits import SharedLimit, in_time
 from folding_client.search.hybrid import SOLVER
 from folding_client.settings import ROLES, Settings
 
 
 @dataclass(frozen=True)
 class Job:
-    """A sequence to reconstruct, or a run to go on with: ``sequence`` is the folder, ``folder`` the run's."""
+    """A sequence to reconstruct, or a run to go on with: ``sequence`` is the folder, ``folder`` the run's. ``shared`` is a
+    limit that other runs count to as well.
+    """
 
     sequence: Path
     folder: RunFolder
     settings: Settings
     resumes: bool = False
+    shared: SharedLimit | None = None
 
     @property
     def name(self) -> str:
@@ -135,7 +138,7 @@ def _merged(path: Path, recorded: dict[str, Any], settings: Settings) -> Setting
         )
         raise UsageError(message) from error
     given = {name: getattr(settings, name) for name in settings.model_fields_set}
-    for name in ("model", "critic", "overview", "selector", "variant", "few_shot", "attempts"):
+    for name in ("model", "critic", "overview", "selector", "variant", "few_shot", "attempts", "seed"):
         before = recorded["given"].get(name, recorded["defaulted"].get(name))
         if name in given and given[name] != before:
             message = (
@@ -188,7 +191,7 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
     require_models(job.settings)
     recorder = Recorder(job.folder, about_run(job), progress)
     try:
-        role_models = make_role_models(job.settings, recorder)
+        role_models = make_role_models(job.settings, recorder, job.shared)
         async with run_server(job, recorder) as server:
             return await _worked(job, role_models, server, recorder, progress)
     except (RunStopped, StepFailed, ToolRefused) as stop:

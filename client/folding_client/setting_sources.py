@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from folding_schemas.wrong_values import allowed_in_words
 from pydantic import ValidationError
 
 from folding_client.interrupts import UsageError
@@ -51,7 +52,7 @@ def settings_from(
 
 def _unfit(error: ValidationError, places: Mapping[str, _Place]) -> UsageError:
     first = error.errors()[0]
-    why = first["msg"].removeprefix("Value error, ")
+    why = allowed_in_words(first)
     if not first["loc"]:
         return UsageError(f"{why}.")
     place = places[str(first["loc"][0])]

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
+from folding_schemas.evaluation import EvaluationReport
 from folding_schemas.results import Verdict
 from folding_schemas.run_record import RecordPart, RunRecord
 
@@ -325,7 +326,7 @@ RunEventLine = Annotated[
 
 
 def record_schemas() -> dict[str, dict[str, Any]]:
-    """The JSON schemas of a run's files, by the name that each is published under."""
+    """The JSON schemas of a run's files and of an evaluation, by the name that each is published under."""
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return {
         "run.schema.json": {**dialect, **RunRecord.model_json_schema(), "title": "run.json"},
@@ -333,5 +334,10 @@ def record_schemas() -> dict[str, dict[str, Any]]:
             **dialect,
             **TypeAdapter(RunEventLine).json_schema(),
             "title": "a line of events.jsonl",
+        },
+        "evaluation.schema.json": {
+            **dialect,
+            **EvaluationReport.model_json_schema(),
+            "title": "evaluation.json",
         },
     }

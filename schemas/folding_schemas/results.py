@@ -11,7 +11,9 @@ from folding_schemas.wire import Wire
 Verdict = Literal["MATCH", "MISMATCH", "EXTREME DIVERGENCE"]
 ActionClass = Literal["rotate", "flip", "fold", "unfold", "none", "compound"]
 AttemptOutcome = Literal["open", "restored", "saved", "committed"]
-ExportFormat = Literal["fold", "crease-pattern", "crease-pattern-svg", "svg", "png", "obj", "program"]
+ExportFormat = Literal[
+    "fold", "crease-pattern", "crease-pattern-svg", "cp", "svg", "png", "obj", "program", "steps"
+]
 SequenceOutcome = Literal["added", "replaced", "unchanged"]
 Images = Literal["none", "small", "full"]
 """Whether an answer has its pictures, and how large: ``small`` is half as wide and high."""
@@ -55,6 +57,12 @@ class SequenceAdded(Wire):
     keyframes: list[AddedKeyframe]
     front_color: str | None
     back_color: str | None
+
+
+class SequenceRemoved(Wire):
+    """Answer of ``remove_sequence``."""
+
+    name: str
 
 
 class RunInfo(Wire):
@@ -233,8 +241,8 @@ class AttemptState(Wire):
 class AttemptList(Wire):
     """Answer of ``list_attempts``: one diagram follows for each attempt, in this order, then one for each earlier state.
 
-    ``states`` are what the diagrams show, in their order: the last state of each attempt, then the others. ``used``
-    counts the attempts at the frame from what is saved for the frame before.
+    ``states`` are what the diagrams show, in their order: the last state of each attempt, then the others, of which so many
+    that are older are ``left_out``. ``used`` counts the attempts at the frame from what is saved for the frame before.
     """
 
     frame: int
@@ -242,6 +250,7 @@ class AttemptList(Wire):
     attempts: list[AttemptInfo]
     states: list[AttemptState] = []
     used: int = 0
+    left_out: int = 0
 
 
 class AttemptCommitted(Wire):
@@ -328,10 +337,20 @@ class LocalViolation(Wire):
     detail: str
 
 
+class PatternFault(Wire):
+    """A fault of a crease pattern: its kind, one sentence, and the places in the coordinates of the file or sheet."""
+
+    kind: str
+    detail: str
+    vertices: list[int]
+    places: list[list[float]]
+
+
 class Foldability(Wire):
     """Answer of ``check_foldability``.
 
-    ``states`` counts the layer orders found, up to a cap; ``capped`` says that there may be more.
+    ``states`` counts the layer orders found, up to a cap; ``capped`` says that there may be more. ``exact`` has all digits of the
+    number where it is exact. ``notes`` say what was read otherwise than it stands, ``frame`` which frame of a file the answer is of.
     """
 
     foldable: bool
@@ -339,6 +358,10 @@ class Foldability(Wire):
     violations: list[LocalViolation]
     states: int
     capped: bool
+    exact: str = ""
+    faults: list[PatternFault] = []
+    notes: list[str] = []
+    frame: int = 1
 
 
 class Export(Wire):
@@ -348,3 +371,23 @@ class Export(Wire):
     media_type: str
     filename: str
     text: str | None
+
+
+class Instructions(Wire):
+    """Answer of ``get_instructions``: the words of each step, numbered; ``refusal`` says why they end early, if they do."""
+
+    steps: list[str]
+    refusal: str | None
+
+
+class ProgramTrial(Wire):
+    """Answer of ``try_program``: how many steps can be folded, what each does, and the state after the last of them.
+
+    ``error`` says what is wrong with the step that comes next, None if the whole program can be folded.
+    """
+
+    complete: bool
+    steps_done: int
+    steps: list[str]
+    error: str | None
+    state: FoldedState | None

@@ -12,21 +12,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
+from folding_schemas.wrong_values import usage_sentence
 
+from folding_server.animation.animate_command import animate
+from folding_server.audit.audit_command import audit
 from folding_server.command_options import (
     Allowed,
     Attempts,
     Data,
     Database,
+    EveryStep,
+    ForEvaluation,
     Http,
     Json,
     KnownAs,
     Limit,
+    ModelSource,
     OutFolder,
     ProgramFile,
     ReadOnly,
     Sequences,
     ShowVersion,
+    StepFiles,
     TokenFile,
     ToolsOffered,
     VisionQueue,
@@ -34,11 +41,18 @@ from folding_server.command_options import (
     file_to_write,
 )
 from folding_server.data_folder import data_folder, folder_for_runs
+from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
+from folding_server.http_options import check_names, check_tokens_are_meant
 from folding_server.install.command import install
+from folding_server.instructions.instructions_command import instructions
+from folding_server.instructions.practicality_command import practicality
+from folding_server.pattern_commands import check, convert
+from folding_server.progress_line import ProgressLine
 from folding_server.store.limits import BUDGET
 from folding_server.typed_path import require_folders, typed_path
 from folding_server.typed_text import text_in
+from folding_server.wording.refold_command import refold
 from folding_server.workers.job_queue import WAITING
 
 if TYPE_CHECKING:
@@ -62,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         code = app(args=arguments, standalone_mode=False)
     except typer.TyperException as error:
-        code = _complain(error.format_message(), error.exit_code)
+        code = _complain(usage_sentence(error), error.exit_code)
     except FoldingError as error:
         code = _complain(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -88,6 +102,7 @@ def serve(
     token_file: TokenFile = None,
     tools: ToolsOffered = "all",
     read_only: ReadOnly = False,
+    for_evaluation: ForEvaluation = False,
     attempts: Attempts = BUDGET,
     limit: Limit = None,
     vision_workers: VisionWorkers = None,
@@ -102,7 +117,8 @@ def serve(
 
     require_folders(sequences or ())
     require_folders(allow or (), "allow")
-    _check_tokens_are_meant(http, token_file, limit)
+    check_tokens_are_meant(http, token_file, limit)
+    check_names(http, known_as or ())
     logging.basicConfig(level="WARNING", format="%(levelname)s %(name)s: %(message)s")
     settings = ServerSettings(
         folder_for_runs(data, database),
@@ -112,6 +128,7 @@ def serve(
         shared=http is not None,
         tool_set=tools,
         read_only=read_only,
+        for_evaluation=for_evaluation,
         limits=parse_limits(limit or ()),
         vision_workers=_workers(vision_workers),
         vision_queue=vision_queue,
@@ -129,16 +146,6 @@ def _workers(given: int | None) -> int:
     from folding_server.workers.worker_pool import usual_workers
 
     return usual_workers() if given is None else given
-
-
-def _check_tokens_are_meant(http: str | None, token_file: Path | None, limit: list[str] | None) -> None:
-    """Raise BadParameter where options speak of tokens that nobody would send."""
-    if token_file is not None and http is None:
-        raise typer.BadParameter(
-            "--token-file is for clients over HTTP; add --http HOST:PORT, or leave it out"
-        )
-    if limit and token_file is None:
-        raise typer.BadParameter("--limit is for owners of tokens; add --token-file FILE, or leave it out")
 
 
 def _serve_stdio(app: "AppContext") -> None:
@@ -163,6 +170,12 @@ def _serve_http(app: "AppContext", address: str, known_as: Sequence[str], token_
 
 
 app.command()(install)
+app.command()(instructions)
+app.command()(animate)
+app.command()(practicality)
+app.command()(refold)
+app.command()(check)
+app.command()(convert)
 
 
 @app.command()
@@ -173,22 +186,29 @@ def simulate(
     cp: Annotated[
         Path | None, file_to_write("the crease pattern: as FOLD, or by the ending of FILE as .svg or .cp")
     ] = None,
+    steps: Annotated[Path | None, file_to_write("all states as the frames of one FOLD file")] = None,
+    obj: Annotated[Path | None, file_to_write("the folded sheet as a mesh, OBJ")] = None,
     svg: Annotated[Path | None, file_to_write("the diagram as SVG")] = None,
     png: Annotated[Path | None, file_to_write("the diagram as PNG")] = None,
-    every_step: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),
-    ] = None,
+    every_step: EveryStep = None,
+    step_files: StepFiles = None,
     as_json: Json = False,
 ) -> None:
     """Run a folding program and write what it leads to."""
     from folding_server.interchange.pattern_files import pattern_text
+    from folding_server.interchange.step_files import write_step_files
     from folding_server.simulate import simulate as run
     from folding_server.simulator import folded_state
 
     folding = _program(program)
     paper = run(folding, every_step, say=None if as_json else typer.echo)
-    wanted: dict[ExportFormat, Path | None] = {"fold": fold, "svg": svg, "png": png}
+    wanted: dict[ExportFormat, Path | None] = {
+        "fold": fold,
+        "steps": steps,
+        "obj": obj,
+        "svg": svg,
+        "png": png,
+    }
     written: dict[str, str] = {
         kind: _write(file, _exported(paper, kind, folding)) for kind, file in wanted.items() if file
     }
@@ -198,42 +218,15 @@ def simulate(
         written["state"] = _write(state, folded_state(paper).model_dump_json(indent=1) + "\n")
     if every_step:
         written["every-step"] = str(every_step)
+    if step_files:
+        write_step_files(folding, step_files)
+        written["step-files"] = str(step_files)
     if as_json:
         report = {"name": folding.name, "steps": len(folding.steps), "written": written}
         _print_json({**report, "state": folded_state(paper).model_dump(mode="json")})
     else:
         for file in written.values():
             typer.echo(f"wrote {file}")
-
-
-@app.command()
-def check(
-    pattern: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE",
-            parser=typed_path,
-            help="A crease pattern as FOLD, or as .cp of ORIPA or Oriedita.",
-        ),
-    ],
-    as_json: Json = False,
-) -> None:
-    """Check whether a crease pattern folds flat; exit 1 if it does not."""
-    from folding_server.interchange.pattern_files import place_in_file, read_pattern
-    from folding_server.mcp.services.presenters import foldability
-    from folding_server.simulator.foldability import check_pattern
-
-    creases = read_pattern(text_in(pattern, "give the path of a FOLD or .cp file"), pattern.suffix)
-    found = foldability(check_pattern(creases))
-    if as_json:
-        _print_json(found.model_dump(mode="json"))
-    else:
-        typer.echo(found.reason)
-        for violation in found.violations:
-            place = place_in_file(creases, violation.vertex, pattern.suffix)
-            typer.echo(f"vertex {violation.vertex} at {place}: {violation.condition}: {violation.detail}")
-    if not found.foldable:
-        raise typer.Exit(1)
 
 
 @app.command()
@@ -252,7 +245,7 @@ def photograph(
     """Render photo-like keyframes of a folding program, with ground truth."""
     from folding_server.photographer.photographing import photograph as render
 
-    told = _Progress("photographing")
+    told = ProgressLine("photographing")
     made = render(
         _program(program),
         out,
@@ -282,7 +275,7 @@ def keyframes(
     from folding_server.frames.sequence_writer import keyframes_command
 
     told = DeclaredSheet(front_color=front_color, back_color=back_color)
-    report = keyframes_command(video, out, paper=told, progress=_Progress("watching").tell)
+    report = keyframes_command(video, out, paper=told, progress=ProgressLine("watching").tell)
     if as_json:
         _print_json(
             {
@@ -297,14 +290,13 @@ def keyframes(
         typer.echo(f"look them over in {report.contact_sheet}")
 
 
+app.command()(derive)
+app.command()(audit)
+
+
 @app.command()
 def view(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
-        ),
-    ],
+    source: ModelSource,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", parser=typed_path, help="Write one HTML file instead."),
@@ -332,23 +324,6 @@ def view(
 
         model.view()
         serve_page(model, port, lambda address: typer.echo(f"The model is shown at {address} until Ctrl-C."))
-
-
-class _Progress:
-    """Progress on stderr: one line that fills up on a terminal, a line at every quarter elsewhere."""
-
-    def __init__(self, what: str) -> None:
-        self._what = what
-        self._quarter = 0
-
-    def tell(self, part: float) -> None:
-        """Say what part of the work is done, 0 to 1."""
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r{self._what}: {part:.0%}" + ("\n" if part >= 1 else ""))
-            sys.stderr.flush()
-        elif int(4 * part) > self._quarter:
-            self._quarter = int(4 * part)
-            sys.stderr.write(f"{self._what}: {part:.0%}\n")
 
 
 def _program(path: Path) -> "Program":

@@ -63,6 +63,9 @@ Attempts = Annotated[
     ),
 ]
 ReadOnly = Annotated[bool, typer.Option("--read-only", help="Offer only tools that change nothing.")]
+ForEvaluation = Annotated[
+    bool, typer.Option("--for-evaluation", help="Offer also the tool that measures states to score them.")
+]
 
 Limit = Annotated[
     list[str] | None,
@@ -93,6 +96,24 @@ Json = Annotated[
 ]
 ProgramFile = Annotated[
     Path, typer.Argument(metavar="PROGRAM", parser=typed_path, help="A folding program (JSON).")
+]
+ModelSource = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROGRAM|RUN", help="A program (JSON), the folder of a run, or the id of a stored run."
+    ),
+]
+EveryStep = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", parser=typed_path, help="Write state, SVG and PNG of every step."),
+]
+StepFiles = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        parser=typed_path,
+        help="Write FOLD, .cp, OBJ and new creases of every step, and all states as one FOLD file.",
+    ),
 ]
 OutFolder = Annotated[
     Path, typer.Option("--out", "-o", metavar="DIR", parser=typed_path, help="The sequence folder to write.")

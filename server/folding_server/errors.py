@@ -12,7 +12,14 @@ FoldingError
 
 
 class FoldingError(Exception):
-    """A mistake the caller can mend; the message is shown as it stands."""
+    """A mistake the caller can mend; the message is shown as it stands.
+
+    ``elsewhere`` is what callers on other machines are told instead, where the message names a place of this one.
+    """
+
+    def __init__(self, message: str = "", elsewhere: str | None = None) -> None:
+        super().__init__(message)
+        self.elsewhere = message if elsewhere is None else elsewhere
 
 
 class ActionRefused(FoldingError):

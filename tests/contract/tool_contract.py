@@ -31,7 +31,7 @@ def current() -> Contract:
             "structured": tool.output_schema is not None,
             "read_only": bool(tool.annotations and tool.annotations.read_only_hint),
         }
-        for tool in tools(reading_files=True)
+        for tool in tools(reading_files=True, for_evaluation=True)
     }
 
 

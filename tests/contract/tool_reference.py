@@ -22,18 +22,19 @@ not up to date. What all tools have in common is in [tools.md](tools.md). Descri
 
 def reference() -> str:
     """The whole page."""
-    from folding_server.mcp.catalogue import READING_FILES, RECORDS, tools
+    from folding_server.mcp.catalogue import FOR_EVALUATION, READING_FILES, RECORDS, tools
 
-    made = {tool.name: tool for tool in tools(reading_files=True)}
+    made = {tool.name: tool for tool in tools(reading_files=True, for_evaluation=True)}
     parts = [HEAD]
     models: dict[str, Schema] = {}
-    for record in (*RECORDS, *READING_FILES):
+    for record in (*RECORDS, *READING_FILES, *FOR_EVALUATION):
         tool = made[record.name]
         answer: Schema = tool.fn_metadata.output_model.model_json_schema()
         models |= {name: part for name, part in answer.pop("$defs", {}).items() if name not in models}
         models[answer["title"]] = answer
         sent = "JSON text, with pictures" if record.pictures else "structured content"
         offered = " Offered with `--allow`." if record in READING_FILES else ""
+        offered = " Offered with `--for-evaluation`." if record in FOR_EVALUATION else offered
         hints = _in_words(record.hints, of_run="run_id" in tool.parameters["properties"])
         facts = f"{hints}{offered} Set: `{record.within}`. Answers with {_linked(answer['title'])} as {sent}."
         first = tool.description.partition("\n\n")[0]

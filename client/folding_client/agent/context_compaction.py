@@ -4,7 +4,7 @@ Every part that is left out is replaced by a line that says so. Only what a mode
 data of a result stays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from folding_client.messages import Message, Picture, ToolResult
@@ -19,7 +19,9 @@ _UNSAID: dict[str, tuple[str, ...]] = {
     ),
 }
 """The parts of an answer's data that its summary does not say, by tool; all but the run's id for the others."""
-_CURRENT = frozenset({*ACTIONS, "undo", "get_current_state", "restore_checkpoint"})
+_MOVES = ACTIONS | {"undo", "restore_checkpoint"}
+"""The tools after which the paper is another."""
+_CURRENT = _MOVES | {"get_current_state"}
 """The tools that answer with the current state."""
 
 
@@ -50,18 +52,61 @@ def without_old_states(messages: Sequence[Message]) -> list[Message]:
 
 
 def without_repeated_pictures(messages: Sequence[Message]) -> list[Message]:
-    """The messages without the pictures that one before has shown, and without films once the paper has moved."""
-    moved = max((index for index, message in enumerate(messages) if _moves(message)), default=-1)
+    """The messages without the pictures that one before has shown, and without films once the paper has moved.
+
+    Once the paper as it is now has been drawn, what shows it as it was is small: earlier diagrams, and the photo of the frame
+    before. A critic's match is told without the pictures that it was given. Diagrams, and that photo, are never larger than
+    medium, where models have such a resolution.
+    """
+    acted = max((index for index, message in enumerate(messages) if _is_done(message, ACTIONS)), default=-1)
+    moved = max((index for index, message in enumerate(messages) if _is_done(message, _MOVES)), default=-1)
+    drawn = any(_is_done(message, {"render_current"}) for message in messages[moved + 1 :])
+    before = _photo_before(messages)
     shown: set[object] = set()
     kept = []
     for index, message in enumerate(messages):
-        films = [picture for picture in message.pictures if picture.role == "filmstrip" and moved > index]
-        repeated = [
-            picture for picture in message.pictures if picture not in films and _content(picture) in shown
-        ]
-        shown |= {_content(picture) for picture in message.pictures if picture not in films}
-        kept.append(_without(message, films, repeated))
+        past = index < moved and drawn
+        films = [picture for picture in message.pictures if picture.role == "filmstrip" and acted > index]
+        judged = list(message.pictures) if drawn and _is_match(message) else []
+        others = [picture for picture in message.pictures if picture not in films and picture not in judged]
+        repeated = [picture for picture in others if _content(picture) in shown]
+        if index > moved:  # what is asked for again after a move is shown in full again
+            repeated = [picture for picture in repeated if not (drawn and _content(picture) == before)]
+        shown |= {_content(picture) for picture in others}
+        left = _without(message, films, repeated, judged)
+        kept.append(_smaller(left, before, past=past))
     return kept
+
+
+def _photo_before(messages: Sequence[Message]) -> object:
+    """The photo of the frame before, with which a step opens; None where it does not."""
+    openings = [
+        [_content(picture) for picture in message.pictures if picture.role == "photo"]
+        for message in messages
+        if message.role == "user"
+    ]
+    return next((photos[0] for photos in reversed(openings) if len(photos) > 1), None)
+
+
+def _smaller(message: Message, before: object, *, past: bool) -> Message:
+    """The message with the pictures of the paper as it was in less than full resolution."""
+    changed = tuple(_in_resolution(picture, before, past=past) for picture in message.pictures)
+    if changed == message.pictures:
+        return message
+    small = [picture.subject for picture in changed if picture.resolution == "small"]
+    note = f"(Small now, since the paper has moved: {', '.join(small)}.)" if small else ""
+    return message.showing(changed, note) if note else message.showing_instead(changed)
+
+
+def _in_resolution(picture: Picture, before: object, *, past: bool) -> Picture:
+    if picture.role != "diagram" and _content(picture) != before:
+        return picture
+    return replace(picture, resolution="small" if past else "medium")
+
+
+def _is_match(message: Message) -> bool:
+    data = message.result.data if message.tool == "ask_critic" and message.result else None
+    return data is not None and data.get("critic_verdict") == "MATCH"
 
 
 def _tells_state(message: Message) -> bool:
@@ -78,18 +123,22 @@ def _stateless(message: Message) -> Message:
     return replace(message, result=replace(message.result, told=(), notes=notes))
 
 
-def _moves(message: Message) -> bool:
-    return message.tool in ACTIONS and not message.is_error
+def _is_done(message: Message, tools: Collection[str]) -> bool:
+    return message.tool in tools and not message.is_error
 
 
-def _without(message: Message, films: Sequence[Picture], repeated: Sequence[Picture]) -> Message:
-    """The message without films that have had their time and without what was shown before."""
+def _without(
+    message: Message, films: Sequence[Picture], repeated: Sequence[Picture], judged: Sequence[Picture]
+) -> Message:
+    """The message without films that have had their time, what was shown before, and what a critic found to match."""
     if films:
         note = "(Film left out, since the paper has moved; call again to see it.)"
         message = message.showing(_others(message, films), note)
     if repeated:
         subjects = ", ".join(picture.subject for picture in repeated)
         message = message.showing(_others(message, repeated), f"(Shown above already: {subjects}.)")
+    if judged:
+        message = message.showing(_others(message, judged), "(The critic saw both photos and both diagrams.)")
     return message
 
 

@@ -70,7 +70,6 @@ def opening(
         remaining=info.frames - (info.next_frame or 0) + 1,
         history=summary,
         state=view.state,
-        pictures="; ".join(picture.caption for picture in view.pictures) or "none",
     )
     return [about, *examples, replace(user(text, view.pictures), state=view.state)]
 

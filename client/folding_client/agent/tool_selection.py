@@ -31,6 +31,9 @@ PROPOSING = frozenset({"propose_actions"})
 NOT_OFFERED = frozenset({"list_sequences", "list_runs", "open_run", "commit_attempt", "show_model"})
 """Tools that would leave the run or tell of others, take a decision that is the controller's, or show what only people see."""
 
+_OTHERS_ARGUMENTS = {"compare_to_frame": frozenset({"attempt", "state"})}
+"""Arguments that the agent has no use for: which of the attempts is best is asked once they are used up."""
+
 
 def on_offer(tools: Iterable[ToolSpec], which: ToolSet, also: frozenset[str] = frozenset()) -> list[ToolSpec]:
     """The tools of a set and those ``also`` named, in the server's order."""
@@ -41,10 +44,15 @@ def on_offer(tools: Iterable[ToolSpec], which: ToolSet, also: frozenset[str] = f
 
 
 def summarised(tool: ToolSpec) -> ToolSpec:
-    """The tool with the first paragraph of its description: what follows is advice that the system prompt
-    gives too.
+    """The tool with the first paragraph of its description, since what follows is advice that the system prompt gives too,
+    and without the arguments that a selector needs.
     """
-    return replace(tool, description=_first_paragraph(tool))
+    left_out = _OTHERS_ARGUMENTS.get(tool.name, frozenset())
+    properties = {
+        name: each for name, each in tool.schema.get("properties", {}).items() if name not in left_out
+    }
+    schema = tool.schema | {"properties": properties} if left_out else tool.schema
+    return replace(tool, description=_first_paragraph(tool), schema=schema)
 
 
 def tool_list(tools: Sequence[ToolSpec]) -> str:

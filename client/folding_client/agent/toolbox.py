@@ -3,6 +3,7 @@
 """
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from folding_client.interrupts import CallRefused, ToolRefused
 from folding_client.messages import JsonObject, ToolCall, ToolResult, ToolSpec
 from folding_client.protocol.acting import ACTIONS
 from folding_client.protocol.server_client import ServerClient
+from folding_client.record.event_log import Event, read_events
 from folding_client.record.recorder import Recorder
 from folding_client.roles.critic import Critic, CriticCase, FoldAnchor, Judgement
 from folding_client.roles.overview import OverviewCritic
@@ -47,7 +49,7 @@ class Toolbox:
     """Carries out an agent's tool calls: checks them, sends them, and adds what the critics say.
 
     ``offered`` holds the tools that may be called: those of the set ``tools``, those ``also`` named, and
-    ``ask_critic``. Unless the ``policy`` keeps them, answers are compacted.
+    ``ask_critic``. Unless the ``policy`` keeps them, answers are compacted. Tools that are ``unseen`` are asked for no pictures.
     """
 
     def __init__(
@@ -61,6 +63,7 @@ class Toolbox:
         tools: ToolSet,
         policy: ContextPolicy,
         also: frozenset[str] = frozenset(),
+        unseen: frozenset[str] = frozenset(),
     ) -> None:
         self._server = server
         self._critic = critic
@@ -68,9 +71,10 @@ class Toolbox:
         self._recorder = recorder
         self._colors = colors
         self._policy = policy
+        self._unseen = unseen
         self._failures: dict[int, int] = {}
         self._last: tuple[int, str] | None = None
-        self.saved_against: dict[int, str] = {}
+        self.saved_against = saved_against(read_events(recorder.folder.events))
         own = ToolSpec(
             "ask_critic", prompt("agent/ask_critic"), AskCritic.model_json_schema(), read_only=True
         )
@@ -88,6 +92,8 @@ class Toolbox:
         except (CallRefused, ToolRefused) as refusal:
             self._recorder.event("refused", call=asdict(call), reason=str(refusal))
             return ToolResult(str(refusal), is_error=True)
+        if call.name in self._unseen:
+            arguments |= {"images": "none"}
         result = await self._server.call(call.name, arguments, by="agent", call=call)
         if call.name in MOVES and not result.is_error:
             self._last = None
@@ -142,6 +148,19 @@ class Toolbox:
         if judgement.verdict != "MATCH" and self._failures[asked.frame] >= FAILURES_BEFORE_OVERVIEW:
             return _with_note(result, prompt("agent/use_overview", frame=asked.frame))
         return result
+
+
+def saved_against(events: Iterable[Event]) -> dict[int, str]:
+    """The frames that a run has saved although the critic's last word on them was not a match, with that word."""
+    found: dict[int, str] = {}
+    for event in events:
+        if event["kind"] == "result" and event["name"] == "save_checkpoint" and not event["is_error"]:
+            found.pop((event["structured"] or {}).get("frame", 0), None)
+        elif event["kind"] == "selected":
+            found.pop(event["frame"], None)
+        elif event["kind"] == "saved_against":
+            found[event["frame"]] = event["verdict"]
+    return found
 
 
 def _asked(arguments: JsonObject) -> AskCritic:

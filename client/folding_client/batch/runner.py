@@ -1,111 +1,100 @@
-"""Many sequences: a run folder for each, finished ones skipped, unfinished ones continued."""
+"""One run of a batch, and batches in this process: a run folder for each, finished ones skipped, unfinished ones continued."""
 
-import asyncio
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
+from folding_client.batch.batch_budget import BatchBudget, RunWatch
+from folding_client.batch.batch_entry import BatchEntry, described_entry
+from folding_client.batch.batch_index import BatchIndex, BatchTask
+from folding_client.batch.conditions import Condition
+from folding_client.batch.scheduling import BatchLimits, BatchQueue, Listener
 from folding_client.exits import fault
 from folding_client.interrupts import Interrupt, UsageError
-from folding_client.progress import Silent
+from folding_client.progress import Progress, Silent
 from folding_client.reconstruct import Job, new_job, reconstruct, resumed_job
-from folding_client.record.fits import fit_summary
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.redaction import redact
+from folding_client.run_limits import SharedLimit
 from folding_client.settings import Settings
 
 
 @dataclass(frozen=True)
-class BatchEntry:
-    """How one sequence fared: ``status`` is complete, skipped (was complete before), stopped or failed."""
-
-    sequence: str
-    status: str
-    reason: str
-    frames_saved: int
-    frames: int
-    seconds: float
-    run: str
-    steps: int = 0
-    matching: int = 0
-    doubtful: tuple[int, ...] = ()
-    tokens: int = 0
-    cost: float | None = None
-
-    @property
-    def mostly_doubtful(self) -> bool:
-        """Whether more than half of the steps do not fit their photos."""
-        return 2 * len(self.doubtful) > self.steps
-
-    @property
-    def text(self) -> str:
-        """The line for people."""
-        fits = f", {self.matching} of {self.steps} steps match" if self.steps else ""
-        spent = f", {self.tokens:,} tokens" if self.tokens else ""
-        price = "" if self.cost is None else f", ${self.cost:.4f}"
-        reason = f": {self.reason}" if self.reason else ""
-        return (
-            f"{self.sequence}: {self.status}, {self.frames_saved} of {self.frames} frames{fits}, "
-            f"{self.seconds:.1f} s{spent}{price}{reason}"
-        )
-
-
-class Listener:
-    """Is told of every sequence that ends; does nothing of itself."""
-
-    def ended(self, line: BatchEntry) -> None:
-        """A sequence ended."""
-
-
-def sequences_of(source: Path) -> list[Path]:
-    """The sequence folders in a folder, in order of name, or those that a manifest lists, one a line or as
-    JSON.
-
-    UsageError if there are none, or two have the same name.
+class Batch:
+    """What is to be done: every sequence under every condition, into ``out``; ``most_cost`` in US dollars is for all runs
+    together, None for no limit.
     """
-    found = _in_folder(source) if source.is_dir() else _in_manifest(source)
-    if not found:
-        message = (
-            f"{source} holds no sequence; name a folder of folders with keyframes.json, or a list of "
-            "such folders."
-        )
-        raise UsageError(message)
-    names = [folder.resolve().name for folder in found]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        message = (
-            f"{source} lists two sequences named {twice[0]}; their runs would share a folder, so rename one."
-        )
-        raise UsageError(message)
-    return found
+
+    sequences: Iterable[Path]
+    conditions: Sequence[Condition]
+    out: Path
+    limits: BatchLimits = field(default_factory=BatchLimits)
+    most_cost: float | None = None
 
 
-async def run_batch(
-    sequences: Sequence[Path], out: Path, settings: Settings, jobs: int, listener: Listener
-) -> list[BatchEntry]:
-    """Reconstruct sequences, up to ``jobs`` at a time. What ends one leaves the others alone; a cancellation
-    ends all and leaves each resumable.
+class PlannedBatch:
+    """A batch with its index and its queue."""
+
+    def __init__(self, batch: Batch, index: BatchIndex, listener: Listener) -> None:
+        self.batch = batch
+        self.budget = BatchBudget(batch.most_cost)
+        self._index = index
+        index.add(batch.sequences, batch.conditions)
+        self.queue = BatchQueue(index, self.budget, listener, self._is_there)
+
+    def settings_of(self, task: BatchTask) -> Settings:
+        """The settings of a run."""
+        return self.batch.conditions[task.condition].settings
+
+    def folder_of(self, task: BatchTask) -> Path:
+        """The folder of a run."""
+        return self.batch.out / task.folder
+
+    def entries(self) -> Iterator[BatchEntry]:
+        """How every run fared, those included that were complete before and those that were not come to."""
+        for task, known in self._index.entries():
+            entry = known or self._not_begun(task)
+            before = task.status == "complete" and not self._index.was_begun(task)
+            yield replace(entry, status="skipped", reason="") if before else entry
+
+    def _not_begun(self, task: BatchTask) -> BatchEntry:
+        why = self.budget.reason if self.budget.is_reached else "not begun"
+        name, settings = Path(task.sequence).name, self.settings_of(task)
+        return unknown_entry(name, "waiting", why, self.folder_of(task), settings)
+
+    def _is_there(self, task: BatchTask) -> bool:
+        return (self.folder_of(task) / "run.json").exists()
+
+
+@contextmanager
+def planned_batch(batch: Batch, listener: Listener) -> Iterator[PlannedBatch]:
+    """A batch that no other process works on meanwhile. UsageError if one does, there is nothing to do, or two sequences
+    share a folder.
     """
-    slots = asyncio.Semaphore(jobs)
-    async with asyncio.TaskGroup() as group:
-        tasks = [
-            group.create_task(_told_line(sequence, out, settings, slots, listener)) for sequence in sequences
-        ]
-    return [task.result() for task in tasks]
+    with BatchIndex(batch.out) as index:
+        yield PlannedBatch(batch, index, listener)
 
 
-async def _told_line(
-    sequence: Path, out: Path, settings: Settings, slots: asyncio.Semaphore, listener: Listener
+async def work_here(planned: PlannedBatch) -> None:
+    """Do a batch in this process. What ends one run leaves the others alone; a cancellation ends all and leaves each
+    resumable.
+    """
+
+    async def work(task: BatchTask, watch: RunWatch) -> BatchEntry:
+        folder, settings = planned.folder_of(task), planned.settings_of(task)
+        return await batch_entry(Path(task.sequence), folder, settings, watch, planned.budget)
+
+    await planned.queue.work_through(work, planned.batch.limits)
+
+
+async def batch_entry(
+    sequence: Path,
+    folder: Path,
+    settings: Settings,
+    progress: Progress | None = None,
+    shared: SharedLimit | None = None,
 ) -> BatchEntry:
-    """The line of a sequence, worked on when fewer than the most are; the listener is told of it."""
-    async with slots:
-        line = await batch_entry(sequence, out / sequence.resolve().name, settings)
-        listener.ended(line)
-        return line
-
-
-async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> BatchEntry:
     """Reconstruct one sequence into its run folder, or go on with it, and say how it fared. Whatever goes wrong is
     this sequence's alone.
     """
@@ -113,7 +102,8 @@ async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> Batch
     try:
         if (done := _finished(folder, sequence, settings)) is not None:
             return done
-        outcome = await reconstruct(_job(sequence, folder, settings), Silent())
+        job = replace(_job(sequence, folder, settings), shared=shared)
+        outcome = await reconstruct(job, progress or Silent())
     except Interrupt as error:
         why = str(error)
     except OSError as error:
@@ -121,28 +111,24 @@ async def batch_entry(sequence: Path, folder: Path, settings: Settings) -> Batch
     except Exception as error:  # noqa: BLE001 - the boundary between the sequences of a batch
         why = fault(error)
     else:
-        return _entry(name, outcome.status, outcome.reason, outcome.run, folder)
-    return BatchEntry(name, "failed", redact(why), 0, 0, 0.0, str(folder))
+        return described_entry(name, outcome.status, outcome.reason, outcome.run, folder)
+    return failed_entry(name, folder, why, settings)
 
 
-def _entry(name: str, status: str, reason: str, run: Mapping[str, Any], folder: Path) -> BatchEntry:
-    """The line of a run by what ``run.json`` says of it."""
-    summary, totals = run["outcome"], run.get("totals", {})
-    fits = fit_summary(run.get("fits", {}))
-    costs = [each["cost"] for each in totals.values() if each["cost"] is not None]
+def failed_entry(name: str, folder: Path, why: str, settings: Settings) -> BatchEntry:
+    """The entry of a run that something other than a limit of its own ended, by what is on record of it."""
+    with suppress(Interrupt, KeyError, TypeError):
+        about = RunFolder(folder).description("models", "outcome", "settings")
+        if about["models"]["agent"] == settings.model:
+            return described_entry(name, "failed", why, about, folder)
+    return unknown_entry(name, "failed", why, folder, settings)
+
+
+def unknown_entry(name: str, status: str, why: str, folder: Path, settings: Settings) -> BatchEntry:
+    """The entry of a run that nothing is on record of."""
+    model, variant, seed = settings.model, settings.variant, settings.seed
     return BatchEntry(
-        name,
-        status,
-        redact(reason),
-        summary["frames_saved"],
-        summary["frames"],
-        summary["seconds"],
-        str(folder),
-        fits.steps,
-        fits.matching,
-        tuple(fits.doubtful),
-        sum(each["input_tokens"] + each["output_tokens"] for each in totals.values()),
-        sum(costs) if costs else None,
+        name, status, redact(why), 0, 0, 0.0, str(folder), model=model, variant=variant, seed=seed
     )
 
 
@@ -167,24 +153,4 @@ def _finished(folder: Path, sequence: Path, settings: Settings) -> BatchEntry | 
             "another --out."
         )
         raise UsageError(message)
-    return _entry(sequence.resolve().name, "skipped", "", about, folder)
-
-
-def _in_folder(source: Path) -> list[Path]:
-    if (source / "keyframes.json").is_file():
-        return [source]
-    return sorted(file.parent for file in source.glob("*/keyframes.json"))
-
-
-def _in_manifest(source: Path) -> list[Path]:
-    try:
-        text = source.read_text(encoding="utf-8")
-        listed = json.loads(text) if text.lstrip().startswith("[") else text.splitlines()
-    except OSError as error:
-        message = f"Cannot read {source}: {error.strerror}. Name a folder of sequences, or a list of folders."
-        raise UsageError(message) from error
-    except ValueError as error:
-        message = f"{source} is not a list of folders: {error}."
-        raise UsageError(message) from error
-    paths = [str(entry).strip() for entry in listed]
-    return [source.parent / path for path in paths if path and not path.startswith("#")]
+    return described_entry(sequence.resolve().name, "skipped", "", about, folder)

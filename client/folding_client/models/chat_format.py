@@ -8,11 +8,12 @@ comes back by what it held, whoever the provider is: a model is reached through 
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from folding_client.messages import JsonObject, Message, Picture, ToolCall, ToolSpec
+from folding_client.messages import JsonObject, Message, Picture, Resolution, ToolCall, ToolSpec
 from folding_client.models.model_entry import ModelEntry
+from folding_client.models.picture_sizes import in_its_resolution
 from folding_client.models.portable_schema import portable
 from folding_client.models.text_calls import told_in_text
 
@@ -20,6 +21,11 @@ Chat = list[JsonObject]
 _CACHED = {"cache_control": {"type": "ephemeral"}}
 _PICTURES_FOR_CLAUDE = frozenset({"anthropic", "azure_ai", "bedrock", "vertex_ai"})
 _PICTURES_FOR_GEMINI = frozenset({"gemini", "vertex_ai", "vertex_ai_beta"})
+_OPENAI = frozenset({"openai", "azure"})
+_OPENAI_DETAILS: Mapping[Resolution, str] = {"small": "low"}
+"""OpenAI sees such a picture in 512 x 512 pixels for 85 tokens (developers.openai.com, "Images and vision")."""
+_GEMINI_DETAILS: Mapping[Resolution, str] = {"small": "low", "medium": "medium"}
+"""A quarter and half of the tokens of a picture; documents are read no better above medium (ai.google.dev, "Media resolution")."""
 _OLDER_GEMINI = re.compile(r"gemini-[12](\D|$)")
 
 _TRANSLATED = ("thinking_blocks", "reasoning_items")
@@ -37,6 +43,8 @@ class Dialect:
 
     pictures_in_results: bool = False
     cache_marks: bool = False
+    details: Mapping[Resolution, str] = field(default_factory=dict)
+    """What the provider calls the resolutions of pictures, those that it has a word for."""
 
 
 def dialect_of(entry: ModelEntry) -> Dialect:
@@ -45,7 +53,9 @@ def dialect_of(entry: ModelEntry) -> Dialect:
     """
     if entry.is_claude:
         return Dialect(entry.provider in _PICTURES_FOR_CLAUDE, cache_marks=True)
-    return Dialect(entry.provider in _PICTURES_FOR_GEMINI and not _OLDER_GEMINI.search(entry.name))
+    is_gemini = entry.provider in _PICTURES_FOR_GEMINI and not _OLDER_GEMINI.search(entry.name)
+    details = _GEMINI_DETAILS if is_gemini else _OPENAI_DETAILS if entry.provider in _OPENAI else {}
+    return Dialect(is_gemini, details=details)
 
 
 def held_by(message: Mapping[str, Any]) -> JsonObject:
@@ -79,13 +89,13 @@ def chat_messages(messages: Sequence[Message], dialect: Dialect) -> Chat:
     waiting: list[Message] = []
     for message in told_in_text(messages):
         if waiting and message.role != "tool":
-            chat.append(_pictures_of(waiting))
+            chat.append(_pictures_of(waiting, dialect))
             waiting = []
         chat.append(_chat_message(message, dialect))
         if message.role == "tool" and message.pictures and not dialect.pictures_in_results:
             waiting.append(message)
     if waiting:
-        chat.append(_pictures_of(waiting))
+        chat.append(_pictures_of(waiting, dialect))
     return _with_cache_marks(chat) if dialect.cache_marks else chat
 
 
@@ -113,9 +123,11 @@ def _chat_message(message: Message, dialect: Dialect) -> JsonObject:
             "role": "tool",
             "tool_call_id": message.call_id,
             "name": message.tool,
-            "content": _content(f"Error: {message.text}" if message.is_error else message.text, shown),
+            "content": _content(
+                f"Error: {message.text}" if message.is_error else message.text, shown, dialect
+            ),
         }
-    return {"role": message.role, "content": _content(message.text, message.pictures)}
+    return {"role": message.role, "content": _content(message.text, message.pictures, dialect)}
 
 
 def _reply(message: Message) -> JsonObject:
@@ -153,27 +165,29 @@ def _valid(arguments: str) -> str:
         return "{}"
 
 
-def _content(text: str, pictures: Sequence[Picture]) -> Any:  # noqa: ANN401
+def _content(text: str, pictures: Sequence[Picture], dialect: Dialect) -> Any:  # noqa: ANN401
     if not pictures:
         return text
     parts = [{"type": "text", "text": text}] if text else []
-    return parts + [part for picture in pictures for part in _picture(picture)]
+    return parts + [part for picture in pictures for part in _picture(picture, dialect)]
 
 
-def _picture(picture: Picture) -> Chat:
+def _picture(picture: Picture, dialect: Dialect) -> Chat:
     """A picture, after its caption if it has one."""
+    detail = dialect.details.get(picture.resolution)
+    image = {"url": in_its_resolution(picture).data_url()} | ({"detail": detail} if detail else {})
     caption = [{"type": "text", "text": picture.caption}] if picture.caption else []
-    return [*caption, {"type": "image_url", "image_url": {"url": picture.data_url()}}]
+    return [*caption, {"type": "image_url", "image_url": image}]
 
 
-def _pictures_of(results: Sequence[Message]) -> JsonObject:
+def _pictures_of(results: Sequence[Message], dialect: Dialect) -> JsonObject:
     pictures = [picture for result in results for picture in result.pictures]
     names = "; ".join(
         f"{result.tool}: {', '.join(picture.subject for picture in result.pictures)}" for result in results
     )
     return {
         "role": "user",
-        "content": _content(f"The pictures of these results, in order: {names}.", pictures),
+        "content": _content(f"The pictures of these results, in order: {names}.", pictures, dialect),
     }
 
 

@@ -3,10 +3,13 @@
 from functools import partial
 from pathlib import Path
 
+from folding_client.baselines.breadth_first import SEARCH, SearchBounds, searched_frame
+from folding_client.baselines.random_actions import RANDOM, random_frame
+from folding_client.baselines.stepwise import StepwiseModel
 from folding_client.models.geometric import GeometricModel
 from folding_client.models.model import Model
 from folding_client.models.requirements import require_known
-from folding_client.models.scripted import ScriptedModel, load_script
+from folding_client.models.scripted import SCRIPTED, ScriptedModel, load_script
 from folding_client.record.event_log import Event, read_events
 from folding_client.record.recorder import Recorder
 from folding_client.search.search_file import known_search, write_search
@@ -23,15 +26,25 @@ def make_model(role: ModelRole, settings: Settings, recorder: Recorder) -> Model
         consults = settings.role("critic") != "geometric"
         keep = partial(write_search, recorder.folder)
         return GeometricModel(consults=consults, state=known_search(recorder), keep=keep)
-    if spec.startswith("scripted:"):
-        replies = load_script(Path(spec.removeprefix("scripted:")), role)
+    if spec == RANDOM:
+        return StepwiseModel(spec, partial(random_frame, settings.seed))
+    if spec == SEARCH:
+        return StepwiseModel(spec, partial(searched_frame, _bounds(settings)))
+    if spec.startswith(SCRIPTED):
+        replies = load_script(Path(spec.removeprefix(SCRIPTED)), role)
         return ScriptedModel(spec, replies, partial(_replies_said, role, recorder.folder.events))
     from folding_client.models.litellm_model import LitellmModel
 
-    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role))
+    model = LitellmModel(spec, settings, partial(_note_retry, recorder, role), role)
     recorder.about.setdefault("requests", {})[role] = model.sent
     recorder.event("request_options", role=role, model=spec, options=model.sent)
     return model
+
+
+def _bounds(settings: Settings) -> SearchBounds:
+    return SearchBounds(
+        settings.search_depth, settings.search_width, settings.search_tries, settings.search_time
+    )
 
 
 def _note_retry(recorder: Recorder, role: ModelRole, reason: str, seconds: float) -> None:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 
 from folding_client.interrupts import StepHopeless
-from folding_client.messages import Message, Reply, ToolCall, ToolResult, ToolSpec
+from folding_client.messages import Message, Reply, ToolCall, ToolSpec, last_results
 from folding_client.search.frame_search import Calls, FrameSearch, SearchOptions
 from folding_client.search.search_state import SearchState
 
@@ -46,7 +46,7 @@ class GeometricModel:
 
         StepHopeless if nothing can be done at a frame.
         """
-        results = _last_results(messages)
+        results = last_results(messages)
         try:
             calls = self._search.begin() if results is None else self._search.go_on(results)
         except StepHopeless:
@@ -69,11 +69,3 @@ class GeometricModel:
     def _begin_anew(self) -> None:
         self.state.step = None
         self._keep(self.state)
-
-
-def _last_results(messages: Sequence[Message]) -> list[ToolResult] | None:
-    """The results of the calls of the last reply; None if it called nothing, or there was no reply."""
-    last = max((index for index, message in enumerate(messages) if message.role == "assistant"), default=None)
-    if last is None or not messages[last].tool_calls:
-        return None
-    return [message.result for message in messages[last + 1 :] if message.result is not None]

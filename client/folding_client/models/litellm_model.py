@@ -17,7 +17,7 @@ from folding_client.models.reply_reading import read_reply
 from folding_client.models.request_form import RequestForm
 from folding_client.models.retries import Transient, with_retries
 from folding_client.models.thinking import thinking_request
-from folding_client.settings import Settings
+from folding_client.settings import ModelRole, Settings
 
 _JSON_MODE = {"response_format": {"type": "json_object"}}
 _FILTERED = "content_filter"
@@ -45,19 +45,30 @@ def litellm() -> ModuleType:
 class LitellmModel:
     """A provider's model. ``note`` is told of each wait before a query is sent again.
 
-    UsageError if litellm knows no such provider, or the model takes no pictures.
+    UsageError if litellm knows no such provider, or the model takes no pictures and plays a ``role`` that has to see: every
+    one but that of an agent, who can go by numbers and words.
     """
 
-    def __init__(self, name: str, settings: Settings, note: Callable[[str, float], None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        settings: Settings,
+        note: Callable[[str, float], None],
+        role: ModelRole = "agent",
+    ) -> None:
         self.name = name
         self._id = name.removeprefix(LITELLM)
         self._settings = settings
         self._note = note
-        self._entry = _entry(self._id)
+        self._entry = entry_of(self._id)
         self._dialect = dialect_of(self._entry)
-        self._form = RequestForm()
-        if self._entry.facts.get("supports_vision") is False or self._entry.provider in _SENT_NO_PICTURES:
-            raise UsageError(str(no_pictures(self._id, "litellm's table of models says so")))
+        blind = self._entry.facts.get("supports_vision") is False or self._entry.provider in _SENT_NO_PICTURES
+        self._form = RequestForm(pictures=not blind)
+        if blind and (role != "agent" or settings.variant != "agent"):
+            raise UsageError(
+                f"{no_pictures(self._id, f'as the {role}')} As an agent it can go by numbers and words: with --critic geometric, "
+                "--overview geometric and --selector geometric."
+            )
 
     @property
     def sent(self) -> JsonObject:
@@ -173,7 +184,8 @@ def provider_and_name(model: str) -> tuple[str, str]:
     return str(provider), str(name)
 
 
-def _entry(model: str) -> ModelEntry:
+def entry_of(model: str) -> ModelEntry:
+    """What litellm's table says of a model, by its litellm id. UsageError if litellm knows no such provider."""
     module, (provider, name) = litellm(), provider_and_name(model)
     parameters = module.get_supported_openai_params(name, custom_llm_provider=provider) or ()
     facts = facts_of(model, module.model_cost)

@@ -13,7 +13,7 @@ from folding_prompts import prompt
 
 from folding_client.messages import Message, ToolSpec
 from folding_client.models.model_entry import reply_within
-from folding_client.models.picture_limits import newest_pictures, pictures_at_most
+from folding_client.models.picture_limits import newest_pictures, pictures_at_most, without_pictures
 from folding_client.models.portable_schema import portable
 
 _LIMITS = frozenset({"most_pictures", "max_tokens", "context"})
@@ -24,11 +24,12 @@ class RequestForm:
     """What is otherwise than a request that nobody refused.
 
     ``filtered`` and ``older_pictures`` hold for one query, the rest for all that follow: ``without`` are parameters
-    that the provider does not take, ``most_pictures`` how many it does, ``max_tokens`` and ``context`` its limits.
+    that the provider does not take, ``pictures`` whether it takes any, ``most_pictures`` how many it does, ``max_tokens`` and ``context`` its limits.
     """
 
     filtered: bool = False
     older_pictures: bool = True
+    pictures: bool = True
     most_pictures: int | None = None
     max_tokens: int | None = None
     context: int | None = None
@@ -60,6 +61,8 @@ class RequestForm:
         sent = list(messages)
         if self.tools_in_text and tools:
             sent[0] = replace(sent[0], said=f"{sent[0].said}\n\n{told_tools(tools)}")
+        if not self.pictures:
+            return without_pictures(sent)
         if not self.older_pictures:
             sent = newest_pictures(sent)
         return sent if self.most_pictures is None else pictures_at_most(sent, self.most_pictures)

@@ -1,14 +1,15 @@
 """What the models of a run need before it can begin: ids that are known, litellm, keys, prices to keep a limit by."""
 
-from collections.abc import Iterable
 from importlib.util import find_spec
+from pathlib import Path
 
 from folding_client.interrupts import UsageError
 from folding_client.models.prices import LITELLM, listed_price, read_prices
-from folding_client.settings import ROLES, Settings
+from folding_client.models.scripted import SCRIPTED, load_script
+from folding_client.settings import HYBRID, ROLES, WITHOUT_ASKING, Settings
 
 MODEL_IDS = (
-    "geometric, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
+    "geometric, random, search, scripted:FILE, litellm/PROVIDER/MODEL such as litellm/gemini/gemini-3.1-pro-preview, or "
     "hybrid:PROVIDER/MODEL"
 )
 KEY_SUFFIX = "_API_KEY"
@@ -18,17 +19,25 @@ _ASK_FOR_A_KEY = ("openai/", "anthropic/", "gemini/")
 
 
 def require_models(settings: Settings, *, keys: bool = True) -> None:
-    """UsageError if a model of the settings cannot be asked as they are: the id is none, litellm or a key is missing, or
-    a limit of cost cannot be kept since its price is not known. ``keys`` are looked for in this process's environment.
+    """UsageError if a model of the settings cannot be asked as they are: the id is none, a script, litellm or a key is missing, or
+    a limit of cost cannot be kept since its price is not known. ``keys`` and scripts are looked for where this process runs.
     """
     chosen = list(dict.fromkeys(settings.role(role) for role in ROLES))
+    if settings.model == HYBRID:
+        message = f"There is no model {HYBRID!r}; the ids are {MODEL_IDS}."
+        raise UsageError(message)
     for spec in chosen:
         require_known(spec)
     asked = [spec.removeprefix(LITELLM) for spec in chosen if spec.startswith(LITELLM)]
     for model in asked if keys else ():
         _require_key(model, settings.api_base)
+    for role in ROLES if keys else ():
+        if settings.role(role).startswith(SCRIPTED):
+            load_script(Path(settings.role(role).removeprefix(SCRIPTED)), role)
     if asked and settings.max_cost is not None and settings.max_tokens_total is None:
-        _require_prices(asked, settings)
+        require_prices(
+            settings, f"--max-cost {settings.max_cost:g}", ", or limit the tokens with --max-tokens-total"
+        )
     elif settings.prices is not None:
         read_prices(settings.prices)
 
@@ -43,7 +52,7 @@ def require_known(spec: str) -> None:
             )
             raise UsageError(message)
         _require_provider(spec.removeprefix(LITELLM))
-    elif spec != "geometric" and not spec.startswith("scripted:"):
+    elif spec not in WITHOUT_ASKING and not (spec.startswith(SCRIPTED) and len(spec) > len(SCRIPTED)):
         message = f"There is no model {spec!r}; the ids are {MODEL_IDS}."
         raise UsageError(message)
 
@@ -76,12 +85,13 @@ def _require_key(model: str, api_base: str | None) -> None:
         raise UsageError(message)
 
 
-def _require_prices(models: Iterable[str], settings: Settings) -> None:
+def require_prices(settings: Settings, limit: str, otherwise: str = "") -> None:
+    """UsageError if a model of the settings has no known price, so that a ``limit`` of cost, in words, cannot be kept;
+    ``otherwise`` says what else can be done.
+    """
     given = read_prices(settings.prices)
-    for model in models:
-        if model not in given and listed_price(model) is None:
-            message = (
-                f"The price of {model} is not known, so --max-cost {settings.max_cost:g} cannot be kept; give its price "
-                "with --prices FILE, or limit the tokens with --max-tokens-total."
-            )
+    for spec in dict.fromkeys(settings.role(role) for role in ROLES):
+        model = spec.removeprefix(LITELLM)
+        if spec.startswith(LITELLM) and model not in given and listed_price(model) is None:
+            message = f"The price of {model} is not known, so {limit} cannot be kept; give its price with --prices FILE{otherwise}."
             raise UsageError(message)

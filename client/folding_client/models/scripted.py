@@ -17,6 +17,9 @@ from folding_client.interrupts import ScriptEnded, UsageError
 from folding_client.messages import Message, Reply, ToolCall, ToolSpec, Usage
 from folding_client.record.event_log import Event, read_events
 
+SCRIPTED = "scripted:"
+"""What ids of models begin with that say what a file tells them to."""
+
 
 class ScriptedCall(BaseModel):
     """A tool call of a script; ``arguments`` as text is sent as it stands, valid JSON or not."""

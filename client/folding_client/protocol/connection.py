@@ -5,6 +5,7 @@ from the run: a caller sees an answer, or ``ConnectionLost``.
 """
 
 import asyncio
+import base64
 import contextlib
 import os
 import sys
@@ -17,7 +18,7 @@ import httpx2
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
-from mcp.types import CallToolResult, RequestParamsMeta, Tool
+from mcp.types import BlobResourceContents, CallToolResult, RequestParamsMeta, Tool
 
 from folding_client.interrupts import ConnectionLost, ServerGone
 from folding_client.messages import ToolResult
@@ -34,13 +35,14 @@ TOKEN_VARIABLE = "FOLDINGAGENT_SERVER_TOKEN"  # noqa: S105 - the name of a varia
 
 @dataclass(frozen=True)
 class ServerAddress:
-    """Where the folding server is: a URL, or, without one, a process to start on these folders."""
+    """Where the folding server is: a URL, or, without one, a process to start on these folders, with further ``options``."""
 
     sequences: Path
     data: Path
     url: str | None = None
     timeout: float = 600.0
     """Seconds that an answer may take."""
+    options: tuple[str, ...] = ()
 
     def command(self) -> StdioServerParameters:
         """The process to start. It gets no variable of this environment beyond what a shell needs.
@@ -49,7 +51,8 @@ class ServerAddress:
         """
         folders = ("--sequences", str(self.sequences), "--data", str(self.data))
         return StdioServerParameters(
-            command=sys.executable, args=["-m", "folding_server", *folders, "--vision-workers", "0"]
+            command=sys.executable,
+            args=["-m", "folding_server", *folders, "--vision-workers", "0", *self.options],
         )
 
 
@@ -61,6 +64,12 @@ class _Request:
     answer: asyncio.Future[CallToolResult]
 
 
+@dataclass(frozen=True)
+class _Reading:
+    address: str
+    answer: asyncio.Future[bytes]
+
+
 class Connection:
     """A connection from ``open`` to ``close``. ``log`` takes what the server process writes to stderr."""
 
@@ -69,7 +78,7 @@ class Connection:
         self.server_version = ""
         self._address = address
         self._log = log
-        self._inbox: asyncio.Queue[_Request | None] = asyncio.Queue()
+        self._inbox: asyncio.Queue[_Request | _Reading | None] = asyncio.Queue()
         self._ready: asyncio.Future[None]
         self._task: asyncio.Task[None] | None = None
 
@@ -97,6 +106,18 @@ class Connection:
         except RuntimeError as error:
             message = f"The folding server's answer to {name} does not fit its own schema: {error}."
             raise ServerGone(message) from error
+
+    async def read(self, address: str) -> bytes:
+        """The bytes of a resource, such as a photo; empty if the server has none at this address.
+
+        ConnectionLost if the server does not live to answer.
+        """
+        reading = _Reading(address, asyncio.get_running_loop().create_future())
+        self._inbox.put_nowait(reading)
+        try:
+            return await self._until(reading.answer)
+        except MCPError:
+            return b""
 
     async def close(self) -> None:
         """Disconnect; a process that was started for this connection ends."""
@@ -170,13 +191,24 @@ async def _refuse_no_token(response: httpx2.Response) -> None:
         raise ConnectionLost(message)
 
 
-async def _answer(client: Client, request: _Request) -> None:
+async def _answer(client: Client, request: _Request | _Reading) -> None:
     """Answer one request; what means that the connection is dead is raised, to end it."""
     try:
-        result = await client.call_tool(request.name, dict(request.arguments), meta=request.meta)
+        if isinstance(request, _Reading):
+            request.answer.set_result(await _bytes_at(client, request.address))
+        else:
+            request.answer.set_result(
+                await client.call_tool(request.name, dict(request.arguments), meta=request.meta)
+            )
     except MCPError as error:
         if error.code in (_CONNECTION_CLOSED, _TIMED_OUT):
             raise
         request.answer.set_exception(error)
-    else:
-        request.answer.set_result(result)
+
+
+async def _bytes_at(client: Client, address: str) -> bytes:
+    """What a resource holds; empty unless it is binary."""
+    for part in (await client.read_resource(address)).contents:
+        if isinstance(part, BlobResourceContents):
+            return base64.b64decode(part.blob)
+    return b""

@@ -114,8 +114,13 @@ class ServerClient:
         return (await self.ask(RunInfo, "get_run"))[0]
 
     async def return_to(self, frame: int) -> None:
-        """Restore a checkpoint for a technical reason, which costs no attempt. ToolRefused if it is refused."""
+        """Restore a checkpoint for a technical reason, which costs no attempt as long as the server takes it.
+
+        ToolRefused if it is refused.
+        """
         result = await self.call("restore_checkpoint", {"frame": frame}, technical=True)
+        if result.is_error:
+            result = await self.call("restore_checkpoint", {"frame": frame})
         if result.is_error:
             raise ToolRefused(result.text)
 

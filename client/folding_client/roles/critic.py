@@ -122,4 +122,7 @@ def _case_messages(case: CriticCase) -> list[Message]:
         source=case.source.model_dump_json(),
         candidate=case.candidate.model_dump_json(),
     )
-    return [system(prompt("critic/system", front=front, back=back)), user(question, lettered(case.pictures))]
+    return [
+        system(prompt("critic/system", front=front, back=back)),
+        user(question, lettered(case.pictures, diagrams="medium")),
+    ]

@@ -48,14 +48,18 @@ class Selector(Protocol):
 
 async def settle(server: ServerClient, selector: Selector, recorder: Recorder, frame: int) -> None:
     """Have a state chosen for a frame, and commit it. StepHopeless if there is none, or none can be told from others."""
-    found = selectable(*await server.ask(AttemptList, "list_attempts", frame=frame))
+    listed, diagrams = await server.ask(AttemptList, "list_attempts", frame=frame)
+    found = selectable(listed, diagrams)
     if not found:
         message = f"No attempt at frame {frame} can be chosen; resume to try again."
         raise StepHopeless(message)
     choice = await selector.choose(frame, found)
     tried = choice.candidate.tried
     chosen = {"frame": frame, "attempt": tried.attempt} | ({} if tried.last else {"state": tried.state})
-    recorder.event("selected", **chosen, rewrites=tried.rewrites, by=choice.by, reason=choice.reason)
+    unseen = f"; {listed.left_out} older states were not shown" if listed.left_out else ""
+    recorder.event(
+        "selected", **chosen, rewrites=tried.rewrites, by=choice.by, reason=f"{choice.reason}{unseen}"
+    )
     try:
         await server.ask(AttemptCommitted, "commit_attempt", **chosen)
     except ToolRefused as refusal:

@@ -50,7 +50,7 @@ def draw_svg(
 def draw_body(paper: Paper, inks: DiagramColors, view: View, labels: bool) -> list[str]:
     """The elements of a diagram, without background, in the view's pixels."""
     faces = visible_faces(paper)
-    strokes = _strokes(paper, visible_spans(paper, faces), {seen.face for seen in faces}, view)
+    strokes = visible_strokes(paper, faces, view)
     unit = max(view.size / REFERENCE_SIZE, THINNEST_LINES)
     body = [*_draw_faces(faces, inks, view), *_draw_strokes(strokes, inks, unit)]
     if labels:
@@ -75,6 +75,11 @@ def _draw_faces(faces: Sequence[VisibleFace], inks: DiagramColors, view: View) -
 
 def _ring_path(ring: Iterable[Point], view: View) -> str:
     return "M" + "L".join([f"{x:.2f} {y:.2f}" for x, y in view.pixels(ring)]) + "Z"
+
+
+def visible_strokes(paper: Paper, faces: Sequence[VisibleFace], view: View) -> list[Stroke]:
+    """What can be seen of the paper's edges, of which ``faces`` show; no mark along a solid line."""
+    return _strokes(paper, visible_spans(paper, faces), {seen.face for seen in faces}, view)
 
 
 def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], view: View) -> list[Stroke]:

@@ -28,6 +28,8 @@ STALE_SECONDS = 86_400.0
 _MAKING = ".making"
 _LOCAL = "local"
 _DIGEST_LENGTH = 16
+_REMOVALS, _REMOVAL_SECONDS = 20, 0.05
+"""How often a folder is removed until it is gone, and the seconds between: a killed process is gone within far less than one."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,10 @@ class AddedSequences:
         """The sequence of this name; None if there is none, or it is damaged."""
         return _readable(self._place(name))
 
+    def holds(self, name: str) -> bool:
+        """Whether there is one of this name, damaged or not."""
+        return self._place(name).is_dir()
+
     def made_from(self, source: str) -> AddedSequence | None:
         """The sequence that was made from this source, the one written last if there are several."""
         found = [each for each in self._all() if each.source == source]
@@ -75,7 +81,7 @@ class AddedSequences:
         try:
             yield made
         finally:
-            shutil.rmtree(made, ignore_errors=True)
+            _remove_wholly(made)
 
     def keep(self, made: Path, name: str, source: str, title: str) -> AddedSequence:
         """Put a finished folder, which ``fill_folder`` has written, in its place, instead of an earlier one of that name.
@@ -96,6 +102,11 @@ class AddedSequences:
             made.chmod(0o755)
             made.rename(place)
         return _read(place)
+
+    def remove(self, name: str) -> None:
+        """Remove the sequence of this name, which is there: from one moment to the next. OSError if that cannot be done."""
+        with self.making() as empty:
+            self._place(name).rename(empty / "removed")
 
     def _all(self) -> list[AddedSequence]:
         if not self.folder.is_dir():
@@ -147,6 +158,15 @@ def _readable(folder: Path) -> AddedSequence | None:
 def _read(folder: Path) -> AddedSequence:
     about = json.loads((folder / SOURCE_NAME).read_text(encoding="utf-8"))
     return AddedSequence(folder, read_manifest(folder), about["source"], about["title"])
+
+
+def _remove_wholly(folder: Path) -> None:
+    """Remove a folder, into which a process that was just killed may have written a last file meanwhile."""
+    for _ in range(_REMOVALS):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+        time.sleep(_REMOVAL_SECONDS)
 
 
 def _remove_stale(making: Path) -> None:

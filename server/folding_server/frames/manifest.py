@@ -105,7 +105,10 @@ class Manifest(BaseModel):
 def read_manifest(folder: Path) -> Manifest:
     """The manifest of the sequence in `folder`; PhotoError, one sentence, for whatever is wrong with it."""
     if not folder.is_dir():
-        raise PhotoError(f"there is no folder {folder}: give the folder that holds {FILE_NAME}")
+        raise PhotoError(
+            f"there is no folder {folder}: give the folder that holds {FILE_NAME}",
+            f"there is no folder {folder.name} any more: give another sequence",
+        )
     path = folder / FILE_NAME
     if not path.is_file():
         raise PhotoError(f"the folder {folder.name} is no sequence: it has no {FILE_NAME}")

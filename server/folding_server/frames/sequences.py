@@ -17,6 +17,10 @@ from folding_server.frames.photo_cache import PhotoCache
 from folding_server.frames.sources import FrameSource, file_stamp, image_folder, named_images, require_inside
 
 _STRIP_SIDE = 1280
+THUMBNAIL_SIDE = 160
+"""Pixels of the longest side of a thumbnail: twice the 72 to 80 at which lists show it, for screens with two dots a pixel."""
+THUMBNAIL_BYTES = 8_000
+"""The most bytes of a thumbnail."""
 _SHOWN = 20
 
 
@@ -64,6 +68,12 @@ class Sequence:
         index = self.index(frame)
         caption = f"Frame {frame} of {self.frame_count} of {self.name}"
         return encode_for_model(self.source.read(index, MODEL_SIDE), caption=caption)
+
+    def photo_thumbnail(self, frame: int) -> EncodedImage:
+        """Keyframe `frame` as a JPEG for lists: longest side at most 160 pixels, under 8 kB."""
+        return encode_for_model(
+            self.source.read(self.index(frame), THUMBNAIL_SIDE), THUMBNAIL_SIDE, THUMBNAIL_BYTES
+        )
 
     def between(self, frame: int, count: int | None = MAX_STRIP_IMAGES) -> list[int]:
         """Indices of images between keyframes `frame` - 1 and `frame`: `count` evenly spaced, or all if None.
@@ -156,7 +166,8 @@ class Library:
         for root in self._roots:
             if not root.is_dir():
                 raise PhotoError(
-                    f"there is no folder {root} to serve sequences from: create it or name another"
+                    f"there is no folder {root} to serve sequences from: create it or name another",
+                    "a folder that the server has sequences in is gone: whoever runs it has to bring it back",
                 )
 
     def sequences(self) -> list[Sequence]:
@@ -282,8 +293,17 @@ def _file_digest(path: Path) -> bytes:
 
 
 def _ambiguous(name: str, same: ListOf[Sequence]) -> str:
-    places = " and ".join(str(sequence.folder) for sequence in same)
+    places = " and ".join(_told_apart([sequence.folder for sequence in same]))
     return f"{len(same)} sequences are called {name!r} ({places}): change the name in one's {FILE_NAME}"
+
+
+def _told_apart(folders: ListOf[Path]) -> list[str]:
+    """As many last parts of the paths of different folders as tell them apart."""
+    for count in range(1, max(len(folder.parts) for folder in folders) + 1):
+        shown = [Path(*folder.parts[-count:]).as_posix() for folder in folders]
+        if len(set(shown)) == len(folders):
+            return shown
+    return [str(folder) for folder in folders]
 
 
 def _hidden(name: str) -> PhotoError:

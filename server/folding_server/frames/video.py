@@ -120,7 +120,7 @@ def open_video(path: Path) -> Video:
     Raises PhotoError for a missing file, a file without moving pictures, and one that is cut off.
     """
     if path.is_dir():
-        raise PhotoError(f"{path} is a folder: name the file of a video")
+        raise PhotoError(f"{path.name} is a folder: name the file of a video")
     if not path.is_file():
         raise PhotoError(
             f"there is no video {path.name} in {path.parent.resolve().name or path.parent}; give the path of a video file"

@@ -7,10 +7,13 @@ import networkx as nx
 import numpy as np
 import shapely
 
-from folding_server.arrays import Floats
+from folding_server.arrays import Bools, Floats, Ints
 from folding_server.geometry.convex import area
 from folding_server.geometry.graph import Cycle, Edge
 from folding_server.geometry.line import Point
+
+FEW_EDGES = 3000
+"""Edges of which all pairs fit into memory: comparing boxes is quick, and exact tests of many through one point are not."""
 
 
 def boundary_cycles(
@@ -66,19 +69,32 @@ def _successors(vertices: Sequence[Point], edges: Sequence[Edge]) -> Mapping[Edg
 
 def crossing_edges(vertices: Sequence[Point], edges: Sequence[Edge]) -> Edge | None:
     """The indices of two edges that meet elsewhere than in a common vertex, or None if the graph is planar."""
+    return next(iter(all_crossings(vertices, edges)), None)
+
+
+def all_crossings(vertices: Sequence[Point], edges: Sequence[Edge]) -> list[Edge]:
+    """The indices i < j of all pairs of edges that meet elsewhere than in a common vertex."""
     points = np.array(vertices, float).reshape(-1, 2)
-    segments = np.asarray(shapely.linestrings(points[np.array(edges, int).reshape(-1, 2)]))
-    pairs = shapely.STRtree(segments).query(segments, predicate="intersects").T
-    for i, j in pairs[pairs[:, 0] < pairs[:, 1]]:
-        shared = len(set(edges[i]) & set(edges[j]))
-        if shared in {0, 2} or _run_together(points, edges[i], edges[j]):
-            return int(i), int(j)
-    return None
+    ends = np.array(edges, int).reshape(-1, 2)
+    segments = np.asarray(shapely.linestrings(points[ends]))
+    tree = shapely.STRtree(segments)
+    i, j = tree.query(segments) if len(edges) <= FEW_EDGES else tree.query(segments, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    same = ends[i][:, :, None] == ends[j][:, None, :]
+    common = same.any(axis=(1, 2))
+    both = same.any(axis=2).all(axis=1)
+    apart = np.flatnonzero(~common)
+    found = np.zeros(len(i), bool)
+    found[apart] = shapely.intersects(segments[i[apart]], segments[j[apart]])
+    found |= both | (common & _run_together(points, ends[i], ends[j], same))
+    return [(int(a), int(b)) for a, b in zip(i[found], j[found], strict=True)]
 
 
-def _run_together(points: Floats, first: Edge, second: Edge) -> bool:
-    """Whether two edges with one common end leave it in exactly one direction."""
-    (common,) = set(first) & set(second)
-    u, v = ((set(edge) - {common}).pop() for edge in (first, second))
-    a, b = points[u] - points[common], points[v] - points[common]
-    return bool(a[0] * b[1] == a[1] * b[0] and a @ b > 0)
+def _run_together(points: Floats, first: Ints, second: Ints, same: Bools) -> Bools:
+    """Whether edges (n, 2) with one common end leave it in exactly one direction; ``same`` (n, 2, 2) says which end it is."""
+    rows = np.arange(len(first))
+    k, m = same.any(axis=2).argmax(axis=1), same.any(axis=1).argmax(axis=1)
+    a = points[first[rows, 1 - k]] - points[first[rows, k]]
+    b = points[second[rows, 1 - m]] - points[second[rows, m]]
+    level: Bools = (a[:, 0] * b[:, 1] == a[:, 1] * b[:, 0]) & ((a * b).sum(axis=1) > 0)
+    return level

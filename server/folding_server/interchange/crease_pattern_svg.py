@@ -1,8 +1,10 @@
 """The crease pattern as SVG: mountain red dash-dotted, valley blue dashed, edge black, mark grey."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from folding_server.diagram.svg import svg_document, svg_text
+from folding_server.geometry.line import Point
 from folding_server.simulator.foldability import CreasePattern
 
 PATTERN_MARGIN = 0.06
@@ -29,13 +31,30 @@ STYLES = {
 """By assignment, in the order in which they are drawn: what matters most comes last."""
 
 
-def crease_pattern_svg(pattern: CreasePattern, size: int = 768, *, legend: bool = False) -> str:
-    """The pattern seen from its front, ``size`` pixels wide, with a legend below if asked for."""
+def crease_pattern_svg(
+    pattern: CreasePattern,
+    size: int = 768,
+    *,
+    legend: bool = False,
+    marked: Sequence[tuple[Point, Point]] = (),
+    mark: str = "",
+) -> str:
+    """The pattern seen from its front, ``size`` pixels wide, with a legend below if asked for.
+
+    ``marked`` are stretches of it that are drawn below its lines, with the attributes ``mark``.
+    """
     xs, ys = zip(*pattern.vertices_coords, strict=True)
     span = max(max(xs) - min(xs), max(ys) - min(ys))
     scale, border = size * (1 - 2 * PATTERN_MARGIN) / span, size * PATTERN_MARGIN
     height = (max(ys) - min(ys)) * scale + 2 * border
-    body = []
+    stretches = "".join(
+        "M"
+        + "L".join(
+            f"{border + (x - min(xs)) * scale:.2f} {border + (max(ys) - y) * scale:.2f}" for x, y in ends
+        )
+        for ends in marked
+    )
+    body = [f'<path d="{stretches}" {mark}/>'] if stretches else []
     for assignment, style in STYLES.items():
         path = "".join(
             "M"

@@ -13,17 +13,21 @@ from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.crease_pattern_svg import crease_pattern_svg
 from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
 from folding_server.interchange.obj import obj_text
+from folding_server.interchange.oripa import oripa_text
 from folding_server.interchange.programs import program_text
+from folding_server.interchange.step_files import steps_document
 from folding_server.simulator import Paper
 
 EXPORT_FILES: dict[ExportFormat, tuple[str, str]] = {
     "fold": ("application/json", ".fold"),
     "crease-pattern": ("application/json", "-crease-pattern.fold"),
     "crease-pattern-svg": ("image/svg+xml", "-crease-pattern.svg"),
+    "cp": ("text/plain", ".cp"),
     "svg": ("image/svg+xml", ".svg"),
     "png": ("image/png", ".png"),
     "obj": ("model/obj", ".obj"),
     "program": ("application/json", ".json"),
+    "steps": ("application/json", "-steps.fold"),
 }
 """Format -> media type and how the file's name ends."""
 
@@ -65,6 +69,8 @@ def _content(paper: Paper, file_format: ExportFormat, colors: Colors, program: P
             return fold_text(crease_pattern_document(paper, title))
         case "crease-pattern-svg":
             return crease_pattern_svg(crease_pattern_of(paper), legend=True)
+        case "cp":
+            return oripa_text(crease_pattern_of(paper))
         case "svg":
             return draw_svg(paper, colors)
         case "png":
@@ -73,6 +79,8 @@ def _content(paper: Paper, file_format: ExportFormat, colors: Colors, program: P
             return obj_text(paper)
         case "program" if program is not None:
             return program_text(program)
+        case "steps" if program is not None:
+            return fold_text(steps_document(program))
     raise ProgramError(
         "This paper was not made by a program, so there is none to export; use another format."
     )

@@ -7,6 +7,7 @@ which crease. Coordinates are written in full double precision.
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -53,8 +54,17 @@ def fold_document(paper: Paper, title: str | None = None) -> Document:
 
 
 def crease_pattern_document(paper: Paper, title: str | None = None) -> Document:
-    """The crease pattern alone, as the only frame."""
-    pattern = crease_pattern_of(paper)
+    """The crease pattern of a paper alone, as the only frame, with the ids that actions use."""
+    return {**_pattern_frame(crease_pattern_of(paper), title), **_ids(paper)}
+
+
+def pattern_document(pattern: CreasePattern, title: str | None = None) -> Document:
+    """A crease pattern that no paper was folded from, as the only frame."""
+    edges = tuple(edge_of(*edge) for edge in pattern.edges_vertices)
+    return _pattern_frame(replace(pattern, edges_vertices=edges, faces_vertices=pattern.cycles), title)
+
+
+def _pattern_frame(pattern: CreasePattern, title: str | None) -> Document:
     return {
         **_file_properties(title),
         "frame_classes": ["creasePattern"],
@@ -62,7 +72,6 @@ def crease_pattern_document(paper: Paper, title: str | None = None) -> Document:
         "frame_unit": "unit",
         "vertices_coords": [list(coords) for coords in pattern.vertices_coords],
         **_mesh(pattern),
-        **_ids(paper),
     }
 
 

@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from folding_server.errors import ProgramError
 
 Coordinates = list[float]
+LARGEST = 1e9
+"""Coordinates beyond this are no drawing; their squares would leave no digits to measure with."""
 
 
 class FoldRecord(BaseModel):
@@ -81,6 +83,10 @@ def parse_json_object(text: str, kind: str) -> Mapping[str, Any]:
     """The JSON object in a text; ProgramError with line and column if it is none. ``kind`` names the file."""
     try:
         document = json.loads(text, parse_constant=_refuse_constant)
+    except _ConstantError as error:
+        raise ProgramError(
+            f"The {kind} is not JSON: it has the number {error}, which JSON has not; give a finite number."
+        ) from None
     except (ValueError, RecursionError) as error:
         where = (
             f" (line {error.lineno}, column {error.colno})" if isinstance(error, json.JSONDecodeError) else ""
@@ -92,7 +98,11 @@ def parse_json_object(text: str, kind: str) -> Mapping[str, Any]:
 
 
 def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(name)
+    raise _ConstantError(name)
+
+
+class _ConstantError(Exception):
+    """A NaN or an infinity in a document."""
 
 
 def _document(source: str | Mapping[str, Any]) -> Mapping[str, Any]:
@@ -128,7 +138,19 @@ def _frame(properties: dict[str, Any], index: int) -> FoldFrame:
         where = ".".join(map(str, first["loc"]))
         raise ProgramError(f"In frame {index} of the FOLD file, {where} is wrong: {first['msg']}.") from None
     _check_sizes(frame, index)
+    _check_numbers(frame, index)
     return frame
+
+
+def _check_numbers(frame: FoldFrame, index: int) -> None:
+    """Coordinates must be numbers that can be measured with."""
+    for v, point in enumerate(frame.vertices_coords):
+        for axis, c in zip("xyzw", point, strict=False):
+            if not abs(c) <= LARGEST:
+                raise ProgramError(
+                    f"In frame {index} of the FOLD file, the {axis} coordinate of vertex {v} is {c:g}; coordinates are numbers from "
+                    f"-{LARGEST:g} to {LARGEST:g}."
+                )
 
 
 def _check_sizes(frame: FoldFrame, index: int) -> None:

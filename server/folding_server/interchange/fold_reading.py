@@ -7,11 +7,12 @@ from itertools import pairwise
 from typing import Any
 
 from folding_server.errors import ProgramError
-from folding_server.geometry.graph import Cycle, Edge, edge_faces, edge_of
+from folding_server.geometry.graph import Cycle, Edge, edge_faces
 from folding_server.geometry.line import Point, line_through
 from folding_server.geometry.planar import boundary_cycles, crossing_edges
-from folding_server.interchange.arrangement import DrawnLine, arranged
+from folding_server.interchange.arrangement import arranged
 from folding_server.interchange.crease_pattern import FOLD_ASSIGNMENTS, counterclockwise
+from folding_server.interchange.drawn_line import DrawnLine
 from folding_server.interchange.face_ordering import stacked
 from folding_server.interchange.flat_motions import (
     ROUNDED,
@@ -23,10 +24,20 @@ from folding_server.interchange.flat_motions import (
     unfolded,
 )
 from folding_server.interchange.fold_frames import FoldFrame, frame_of, read_frames
+from folding_server.interchange.gaps import GAP
+from folding_server.interchange.islands import has_islands
 from folding_server.interchange.layer_check import check_layers
+from folding_server.interchange.listed_edges import (
+    is_outline_only,
+    lies_unfolded,
+    listed_edges,
+    with_notes,
+)
 from folding_server.interchange.own_record import restored
+from folding_server.interchange.sheet_plane import laid_in_plane
 from folding_server.interchange.welding import welded
-from folding_server.simulator.foldability import Assignment, CreasePattern, check_pattern
+from folding_server.simulator.foldability import Assignment, CreasePattern, FileAxes, check_pattern
+from folding_server.simulator.foldability.pattern import faces_of_sheet
 from folding_server.simulator.paper import Paper
 
 
@@ -63,18 +74,40 @@ def read_fold(source: str | Mapping[str, Any], face_orders: FaceOrders = FaceOrd
     return _foreign(welded(frames), face_orders)
 
 
-def read_crease_pattern(source: str | Mapping[str, Any]) -> CreasePattern:
+def read_crease_pattern(
+    source: str | Mapping[str, Any], frame: int | None = None, gap: float = GAP
+) -> CreasePattern:
     """The crease pattern of a FOLD file as it stands: unassigned creases stay U, nothing is scaled.
 
-    Taken from the frame of class ``creasePattern``, else from a key frame that does not claim to be folded,
-    else from the folded form by unfolding it; faces are computed where there are none. ProgramError if
-    the file cannot be read.
+    ``frame`` counts from 1, the key frame. Left out, it is that of class ``creasePattern``, else a key frame that does not
+    claim to be folded, else the folded form, which is unfolded; faces are computed where there are none, and ends of edges
+    that miss by up to ``gap``, in units of the longer side, are joined then. ProgramError if the file cannot be read.
     """
-    frames = welded(read_frames(source))
-    frame = frame_of(frames, "creasePattern")
-    if frame is None and frames[0].of_class("foldedForm"):
-        return unfolded(_pattern(frames[0], turned=True))
-    return _pattern(frame or frames[0], alone=True)
+    frames = read_frames(source)
+    chosen = pattern_frame(frames) if frame is None else _numbered(frames, frame) - 1
+    return pattern_of_frame(welded([frames[chosen]] if frame is not None else frames), frames[chosen], gap)
+
+
+def pattern_frame(frames: list[FoldFrame]) -> int:
+    """The index of the frame that holds the crease pattern of a file."""
+    return next((i for i, frame in enumerate(frames) if frame.of_class("creasePattern")), 0)
+
+
+def _numbered(frames: list[FoldFrame], number: int) -> int:
+    if not 1 <= number <= len(frames):
+        raise ProgramError(
+            f"There is no frame {number} in the FOLD file; it has frames 1 to {len(frames)}, of which 1 is the key frame."
+        )
+    return number
+
+
+def pattern_of_frame(frames: list[FoldFrame], asked: FoldFrame, gap: float = GAP) -> CreasePattern:
+    """The crease pattern of a frame, which may have been welded together with others."""
+    frame = frame_of(frames, "creasePattern") if asked.of_class("creasePattern") else None
+    frame = frame or frames[0]
+    if frame.of_class("foldedForm") and not lies_unfolded(frame):
+        return with_notes(unfolded(_pattern(frame, turned=True)), frame)
+    return with_notes(_pattern(frame, alone=True, gap=gap), frame)
 
 
 def fold_flat(pattern: CreasePattern) -> Paper:
@@ -157,37 +190,38 @@ def _points(frame: FoldFrame) -> list[Point]:
     return [(point[0], point[1]) for point in frame.vertices_coords]
 
 
-def _pattern(frame: FoldFrame, *, turned: bool = False, alone: bool = False) -> CreasePattern:
+def _pattern(
+    frame: FoldFrame, *, turned: bool = False, alone: bool = False, gap: float = GAP
+) -> CreasePattern:
     """The mesh of a frame. The faces of a folded form (``turned``) may run either way and stay so.
 
     Where a crease pattern stands ``alone`` and has no faces, its edges are lines on a sheet and are cut where they meet.
     """
-    points = _points(frame)
-    if len(points) < 3 or not frame.edges_vertices:
-        raise ProgramError("The FOLD file has no vertices_coords or no edges_vertices; both are needed.")
-    if any(abs(z) > 1e-6 for point in frame.vertices_coords for z in point[2:]):
+    points, axes = laid_in_plane(frame.vertices_coords, [tuple(cycle) for cycle in frame.faces_vertices])
+    edges, letters = listed_edges(frame)
+    if len(points) < 3 or not edges:
         raise ProgramError(
-            "The FOLD file is three-dimensional; only flat crease patterns and flat-folded forms are read."
+            "The FOLD file has no vertices_coords or no edges_vertices; both are needed, or faces_vertices instead of edges."
         )
-    edges = tuple(edge_of(*edge) for edge in frame.edges_vertices)
-    if "C" in frame.assignments():
+    if "C" in letters:
         raise ProgramError("The FOLD file has cut edges (C); only sheets in one uncut piece are read.")
-    assignments = tuple(FOLD_ASSIGNMENTS[assignment] for assignment in frame.assignments())
-    if alone and not frame.faces_vertices and not _is_mesh(points, edges, assignments):
-        return _drawn(points, edges, assignments)
-    faces = tuple(tuple(cycle) for cycle in frame.faces_vertices) or _faces_between(
-        points, edges, turned=turned
+    assignments = tuple(FOLD_ASSIGNMENTS[letter] for letter in letters)
+    given = () if alone and is_outline_only(frame, edges, assignments) else frame.faces_vertices
+    if alone and not given and not _is_mesh(points, edges, assignments):
+        return _drawn(points, edges, assignments, gap, axes)
+    faces = tuple(tuple(cycle) for cycle in given) or _faces_between(
+        points, edges, assignments, turned=turned
     )
     if not turned:
         faces = tuple(counterclockwise(cycle, [points[v] for v in cycle]) for cycle in faces)
     return CreasePattern(
-        tuple(points), edges, _with_boundary(edges, assignments, faces), faces, tuple(frame.vertex_ids)
+        tuple(points), edges, _with_boundary(edges, assignments, faces), faces, tuple(frame.vertex_ids), axes
     )
 
 
 def _is_mesh(points: list[Point], edges: tuple[Edge, ...], assignments: tuple[Assignment, ...]) -> bool:
-    """Whether edges meet in common vertices only and every crease divides two faces."""
-    if crossing_edges(points, edges):
+    """Whether edges meet in common vertices only, every crease divides two faces, and no outline lies loose in a face."""
+    if crossing_edges(points, edges) or has_islands(edges):
         return False
     beside = edge_faces(dict(enumerate(boundary_cycles(points, edges, ()))))
     return all(
@@ -197,23 +231,30 @@ def _is_mesh(points: list[Point], edges: tuple[Edge, ...], assignments: tuple[As
 
 
 def _drawn(
-    points: list[Point], edges: tuple[Edge, ...], assignments: tuple[Assignment, ...]
+    points: list[Point],
+    edges: tuple[Edge, ...],
+    assignments: tuple[Assignment, ...],
+    gap: float,
+    axes: FileAxes | None,
 ) -> CreasePattern:
     """The pattern that edges draw which meet outside their vertices: vertices are numbered anew."""
     lines = [
         DrawnLine(points[u], points[v], assignment)
         for (u, v), assignment in zip(edges, assignments, strict=True)
     ]
-    pattern = arranged(lines)
+    pattern = arranged(lines, gap=gap, axes=axes)
     faces = boundary_cycles(pattern.vertices_coords, pattern.edges_vertices, ())
+    letters = _with_boundary(pattern.edges_vertices, pattern.edges_assignment, faces)
     return replace(
         pattern,
-        faces_vertices=faces,
-        edges_assignment=_with_boundary(pattern.edges_vertices, pattern.edges_assignment, faces),
+        faces_vertices=faces_of_sheet(pattern.vertices_coords, pattern.edges_vertices, letters),
+        edges_assignment=letters,
     )
 
 
-def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool) -> tuple[Cycle, ...]:
+def _faces_between(
+    points: list[Point], edges: tuple[Edge, ...], assignments: tuple[Assignment, ...], *, turned: bool
+) -> tuple[Cycle, ...]:
     """The faces of a planar pattern that lists its edges only."""
     if turned:
         raise ProgramError(
@@ -227,7 +268,7 @@ def _faces_between(points: list[Point], edges: tuple[Edge, ...], *, turned: bool
             "cannot be found; "
             "split edges where they meet, or give faces_vertices."
         )
-    return boundary_cycles(points, edges, ())
+    return faces_of_sheet(points, edges, assignments)
 
 
 def _with_boundary(

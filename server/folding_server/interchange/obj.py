@@ -11,7 +11,8 @@ LAYER_DISTANCE = 0.01
 def obj_text(paper: Paper, thickness: float = LAYER_DISTANCE) -> str:
     """One group a face, corners counter-clockwise seen from the front; z grows from layer to layer.
 
-    Faces share no vertices: neighbours across a fold lie in different layers.
+    Faces share no vertices: neighbours across a fold lie in different layers. Texture coordinates are the places on the
+    unfolded sheet, by which they can be joined again.
     """
     height = {
         f: i * thickness for i, layer in enumerate(layers_of_planes(paper)) for plane in layer for f in plane
@@ -22,8 +23,9 @@ def obj_text(paper: Paper, thickness: float = LAYER_DISTANCE) -> str:
         outline = paper.polygon(face)
         lines.append(f"g face_{face}")
         lines += [f"v {x:.9g} {y:.9g} {height[face]:.9g}" for x, y in outline]
-        corners = list(range(count + 1, count + len(outline) + 1))
-        lines.append("f " + " ".join(map(str, corners if _front_is_left(paper, face) else reversed(corners))))
+        lines += [f"vt {x:.9g} {y:.9g}" for x, y in paper.sheet_polygon(face)]
+        corners = [f"{corner}/{corner}" for corner in range(count + 1, count + len(outline) + 1)]
+        lines.append("f " + " ".join(corners if _front_is_left(paper, face) else reversed(corners)))
         count += len(outline)
     return "\n".join(lines) + "\n"
 

@@ -5,18 +5,17 @@ written. Those programs write the coordinates of their canvas: y runs down (both
 y runs up), the sheet lies front up, and ORIPA's own sheet runs from -200 to 200.
 """
 
-from dataclasses import replace
-
 from folding_server.errors import ProgramError
 from folding_server.geometry.line import Point
-from folding_server.interchange.arrangement import DrawnLine, arranged
+from folding_server.interchange.drawn_line import DrawnLine
+from folding_server.interchange.fold_frames import LARGEST
+from folding_server.interchange.gaps import GAP
+from folding_server.interchange.line_files import drawn_downwards
 from folding_server.simulator.foldability import Assignment, CreasePattern
 
 LINE_TYPES: dict[Assignment, int] = {"B": 1, "M": 2, "V": 3, "F": 4, "U": 4}
 LINE_ASSIGNMENTS: dict[int, Assignment] = {1: "B", 2: "M", 3: "V"}
 SPAN = 400.0
-LARGEST = 1e9
-"""Coordinates beyond this are no drawing; their squares would leave no digits to measure with."""
 
 
 def oripa_text(pattern: CreasePattern) -> str:
@@ -37,17 +36,17 @@ def oripa_text(pattern: CreasePattern) -> str:
     )
 
 
-def read_oripa(text: str) -> CreasePattern:
+def read_oripa(text: str, gap: float = GAP) -> CreasePattern:
     """The crease pattern of a ``.cp`` file, y turned up and otherwise in the file's units.
 
     Lines may cross, touch and repeat each other: they are cut where they meet, and vertices are numbered in the order
-    in which the file comes to them. Auxiliary lines are marks (F). ProgramError names the line that cannot be read.
+    in which the file comes to them. Auxiliary lines are marks (F). Ends that miss by up to ``gap``, in units of the longer side,
+    are joined. ProgramError names the line that cannot be read.
     """
     lines = [_drawn(number, row.split()) for number, row in enumerate(text.splitlines(), 1) if row.strip()]
     if not lines:
         raise ProgramError("The .cp file has no lines; each should read: type x1 y1 x2 y2.")
-    pattern = arranged(lines)
-    return replace(pattern, vertices_coords=tuple((x, 0.0 - y) for x, y in pattern.vertices_coords))
+    return drawn_downwards(lines, gap)
 
 
 def _drawn(number: int, fields: list[str]) -> DrawnLine:

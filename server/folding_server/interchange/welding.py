@@ -12,9 +12,11 @@ import numpy as np
 
 from folding_server.errors import ProgramError
 from folding_server.geometry.graph import Cycle, Edge
-from folding_server.interchange.arrangement import one_vertex_each, stronger
+from folding_server.interchange.arrangement import stronger
+from folding_server.interchange.cutting import one_vertex_each
 from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.interchange.fold_frames import FoldFrame, frame_of
+from folding_server.interchange.sheet_plane import laid_in_plane
 
 REPEATED = 1e-7
 """Vertices nearer than this, in units of the sheet's longer side, are one; the slivers of real folds are wider."""
@@ -29,7 +31,7 @@ def welded(frames: list[FoldFrame]) -> list[FoldFrame]:
     flat = frame_of(frames, "creasePattern") or (None if frames[0].of_class("foldedForm") else frames[0])
     if flat is None or len(flat.vertices_coords) < 2:
         return frames
-    points = np.array([point[:2] for point in flat.vertices_coords])
+    points = np.array(laid_in_plane(flat.vertices_coords, [tuple(cycle) for cycle in flat.faces_vertices])[0])
     extent = float(np.ptp(points, axis=0).max())
     vertex_of = one_vertex_each(points, REPEATED * extent)
     if len(set(vertex_of)) == len(points):

@@ -11,7 +11,9 @@ from folding_server.mcp.tools import (
     apps,
     attempts,
     checkpoints,
+    evaluating,
     folding,
+    instructions,
     interchange,
     runs,
     verification,
@@ -45,28 +47,38 @@ RECORDS: tuple[ToolRecord, ...] = (
     verification.check_foldability,
     vision.propose_actions,
     interchange.export_state,
+    instructions.get_instructions,
+    instructions.try_program,
     apps.show_model,
 )
 
 
-READING_FILES: tuple[ToolRecord, ...] = (adding.add_sequence,)
-"""Tools that read files of the user's own: offered only where folders are allowed."""
+READING_FILES: tuple[ToolRecord, ...] = (adding.add_sequence, adding.remove_sequence)
+"""Tools for sequences made of files of the user's own: offered only where folders are allowed."""
+
+FOR_EVALUATION: tuple[ToolRecord, ...] = (evaluating.measure_state,)
+"""Tools that score states against others: offered only where that is asked for, since who folds has no use for them."""
 
 
 def tools(
-    tool_set: ToolSelection = "all", *, read_only: bool = False, reading_files: bool = False
+    tool_set: ToolSelection = "all",
+    *,
+    read_only: bool = False,
+    reading_files: bool = False,
+    for_evaluation: bool = False,
 ) -> list[Tool]:
-    """The tools of a set; with ``read_only`` those of them that change nothing, with ``reading_files`` also those that do so.
+    """The tools of a set; with ``read_only`` those of them that change nothing, with ``reading_files`` also those that do so,
+    with ``for_evaluation`` also those that score states.
 
     KeyError if one has no description.
     """
-    records = (*RECORDS, *READING_FILES) if reading_files else RECORDS
+    records = RECORDS + (READING_FILES if reading_files else ()) + (FOR_EVALUATION if for_evaluation else ())
     return [_tool(record) for record in records if record.offered(tool_set, read_only)]
 
 
 def long_tools() -> list[str]:
     """The names of the tools whose calls can take seconds."""
-    return [record.name for record in RECORDS if record.long]
+    return [record.name for record in (*RECORDS, *FOR_EVALUATION, *READING_FILES) if record.long]
 
 
 def _tool(record: ToolRecord) -> Tool:

@@ -6,11 +6,8 @@ from mcp.types import Completion
 
 from folding_server.errors import FoldingError
 from folding_server.mcp.context import AppContext
-from folding_server.mcp.services.run_list import newest_ids
+from folding_server.mcp.services.run_list import MOST_LISTED, newest_ids
 from folding_server.simulator import folded_state
-
-MOST_VALUES = 100
-"""The most values that the protocol allows in one completion."""
 
 
 def completion(app: AppContext, argument: str, start: str, chosen: Mapping[str, str]) -> Completion:
@@ -19,7 +16,7 @@ def completion(app: AppContext, argument: str, start: str, chosen: Mapping[str, 
         values = [value for value in _values(app, argument, chosen) if value.startswith(start)]
     except FoldingError:
         values = []
-    return Completion(values=values[:MOST_VALUES], total=len(values), has_more=len(values) > MOST_VALUES)
+    return Completion(values=values[:MOST_LISTED], total=len(values), has_more=len(values) > MOST_LISTED)
 
 
 def _values(app: AppContext, argument: str, chosen: Mapping[str, str]) -> Iterable[str]:

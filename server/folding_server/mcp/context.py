@@ -4,7 +4,6 @@ It finds the run that a call means, and the paper and the photos that go with it
 """
 
 import logging
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -47,7 +46,7 @@ class ServerSettings:
     ``data`` is the folder for its database unless ``database``, a SQLAlchemy URL, names another. Sequences
     are served from the folders ``sequences`` alone, and those that callers have added from the files below the folders
     ``allowed``, which no other caller may read. ``shared`` is true where many hosts reach one process:
-    then every call has to name its run. ``tool_set`` and ``read_only`` choose the tools that are offered; ``limits`` hold for
+    then every call has to name its run. ``tool_set``, ``read_only`` and ``for_evaluation`` choose the tools that are offered; ``limits`` hold for
     each owner of tokens. Long calls are computed by ``vision_workers`` processes, or with 0 by threads of this one;
     ``vision_queue`` of them may wait. ``attempts`` is how many a frame has in runs that are opened without a number of their own.
     """
@@ -59,6 +58,7 @@ class ServerSettings:
     shared: bool = False
     tool_set: ToolSelection = "all"
     read_only: bool = False
+    for_evaluation: bool = False
     limits: OwnerLimits = NO_LIMITS
     vision_workers: int = 0
     vision_queue: int = WAITING
@@ -103,11 +103,14 @@ class AppContext:
 
         PhotoError if one of their folders is missing.
         """
+        return self._library_of(caller())
+
+    def _library_of(self, owner: str | None) -> "Library":
+        """The sequences that an owner may be served, or whoever calls without a token."""
         from folding_server.frames.added_sequences import added_folder  # noqa: PLC0415  (loads numpy and Pillow)
         from folding_server.frames.photo_cache import PhotoCache  # noqa: PLC0415
         from folding_server.frames.sequences import Library  # noqa: PLC0415
 
-        owner = caller()
         with self._guard:
             if owner not in self._libraries:
                 added = added_folder(self.settings.data, owner)
@@ -202,7 +205,7 @@ class AppContext:
                 f"Run {run_id} is {kind}, not of {sequence!r:.80}; leave sequence out to resume it."
             )
         if run.sequence is not None:
-            check_same_sequence(run, self.library.open(run.sequence).fingerprint())
+            check_same_sequence(run, self.sequence(run).fingerprint())
         return self._open(run)
 
     def run(self, run_id: str | None) -> "RunView":
@@ -240,22 +243,12 @@ class AppContext:
         """
         return self.store.list_runs(caller(), limit, before)
 
-    @contextmanager
-    def counting_vision(self) -> Iterator[None]:
-        """Count the time that this thread computes for the caller's owner, where owners have a limit of it.
-
-        RunError if the owner has used up today's. What was computed is answered even if its time cannot be recorded.
-        """
-        owner = self.limited_owner()
-        if owner is None:
-            yield
-            return
-        self.store.check_vision(owner)
-        begun = time.thread_time()
-        try:
-            yield
-        finally:
-            self.count_vision(owner, time.thread_time() - begun)
+    def told(self, error: FoldingError) -> str:
+        """What the caller is told of a mistake: over HTTP without places of this machine, which go to the log."""
+        if not self.settings.shared or error.elsewhere == str(error):
+            return str(error)
+        _logger.warning("Refused: %s", error)
+        return error.elsewhere
 
     def limited_owner(self) -> str | None:
         """The caller's owner, if there is a limit to the time of their vision; else None."""
@@ -269,12 +262,15 @@ class AppContext:
             _logger.warning("The vision time of %s was not counted: %s", owner, error)
 
     def sequence(self, run: "RunView") -> "Sequence":
-        """The photos of a run. RunError for a free fold."""
+        """The photos of a run, which may be one that its owner has added: whoever reaches a run sees its photos.
+
+        RunError for a free fold.
+        """
         if run.sequence is None:
             raise RunError(
                 f"Run {run.run_id} is a free fold without photos; call open_run with a sequence to have some."
             )
-        return self.library.open(run.sequence)
+        return self._library_of(self.store.owner_of(run.run_id)).open(run.sequence)
 
     def close(self) -> None:
         """Give back the database's connections, and end worker processes."""

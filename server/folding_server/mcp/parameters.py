@@ -47,7 +47,7 @@ READ_WHOLE = BeforeValidator(_whole)
 """Reads a whole number; stands after the bounds, which pydantic otherwise leaves out of the schema."""
 _Whole = Annotated[int, READ_WHOLE]
 
-RunId = Annotated[str | None, Field(description="a run's id, from open_run; left out, the run opened last")]
+RunId = Annotated[str | None, Field(description="a run's id; left out, the run opened last")]
 VertexIds = Annotated[
     tuple[_Whole, _Whole],
     BeforeValidator(_listed),

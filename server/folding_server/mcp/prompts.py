@@ -29,6 +29,8 @@ FrameNumber = Annotated[
     str, Field(description="the number of a keyframe, from 2; left empty, the frame that comes next")
 ]
 
+ModelIdea = Annotated[str, Field(description="what is to be folded, such as a fox with pointed ears")]
+
 _FRONT, _BACK = "in the colour that open_run calls front_color", "in that of back_color"
 """What the critic's prompt says of colours before a run is known."""
 
@@ -58,6 +60,16 @@ def register(server: "MCPServer[AppContext]", app: AppContext) -> None:
     def find_mistake() -> str:
         """Find the first saved frame that departs from its photo, as the agent's overview critic does."""
         return prompt("server/find_mistake", overview=prompt("overview/system", front=_FRONT, back=_BACK))
+
+    @server.prompt(title="Teach me to fold this", icons=[icons.FILE_ICON])
+    def teach_folding() -> str:
+        """Teach the user to fold the model of the run, step by step."""
+        return prompt("server/teach_folding")
+
+    @server.prompt(title="Fold a model from a description", icons=[icons.ACTION_ICON])
+    def design_model(idea: ModelIdea) -> str:
+        """Design an origami model from a description, as a program that folds."""
+        return prompt("server/design_model", idea=idea)
 
     @server.completion()  # type: ignore[untyped-decorator,no-untyped-call]
     async def complete(

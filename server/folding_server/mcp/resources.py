@@ -10,7 +10,7 @@ from folding_server.mcp import icons
 from folding_server.mcp.context import AppContext
 from folding_server.mcp.services import run_addresses as at
 from folding_server.mcp.services.images import diagram, diagram_svg
-from folding_server.mcp.services.run_list import MOST_RUNS, newest_runs
+from folding_server.mcp.services.run_list import MOST_LISTED, newest_runs
 from folding_server.mcp.services.run_status import checkpoint_state, run_info
 from folding_server.mcp.tools.runs import sequence_list
 from folding_server.simulator import folded_state
@@ -52,12 +52,22 @@ def _register_sequences(server: "MCPServer[AppContext]", app: AppContext) -> Non
         """The photo of a keyframe; frames count from 1."""
         return app.library.open(name).photo_for_model(frame).data
 
+    @server.resource(
+        "folding://sequences/{name}/frames/{frame}/thumbnail",
+        title="Thumbnail of a keyframe",
+        mime_type="image/jpeg",
+        icons=_PHOTO,
+    )
+    def thumbnail(name: str, frame: int) -> bytes:
+        """The photo of a keyframe, a few kilobytes small, for lists."""
+        return app.library.open(name).photo_thumbnail(frame).data
+
 
 def _register_runs(server: "MCPServer[AppContext]", app: AppContext) -> None:
     @server.resource(at.RUN_LIST, title="Runs", mime_type=at.JSON, icons=_RUN)
     def runs() -> str:
         """The newest runs that can be taken up again."""
-        return newest_runs(app, MOST_RUNS).model_dump_json()
+        return newest_runs(app, MOST_LISTED).model_dump_json()
 
     @server.resource(at.RUN, title="Run", mime_type=at.JSON, icons=_RUN)
     def run(run_id: str) -> str:

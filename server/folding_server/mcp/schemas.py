@@ -34,7 +34,9 @@ def lean_output(schema: Schema) -> Schema:
 def _field(part: Schema) -> Schema:
     """One field of an answer, or what an array holds."""
     if "anyOf" in part:
-        return {"anyOf": [_field(each) for each in part["anyOf"]]}
+        kinds = [_field(each) for each in part["anyOf"]]
+        plain = [each["type"] for each in kinds if each.keys() == {"type"}]
+        return {"type": plain} if len(plain) == len(kinds) else {"anyOf": kinds}
     if "$ref" in part or "oneOf" in part:
         return {"type": "object"}
     lean: Schema = {key: part[key] for key in ("type", "enum") if key in part}

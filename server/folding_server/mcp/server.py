@@ -53,7 +53,10 @@ class FoldingServer(MCPServer[AppContext]):
     ) -> None:
         settings = app.settings
         tools = catalogue.tools(
-            settings.tool_set, read_only=settings.read_only, reading_files=bool(settings.allowed)
+            settings.tool_set,
+            read_only=settings.read_only,
+            reading_files=bool(settings.allowed),
+            for_evaluation=settings.for_evaluation,
         )
         self._app = app
         bus = ListenerBus()
@@ -98,7 +101,7 @@ class FoldingServer(MCPServer[AppContext]):
         try:
             answer = await super().call_tool(name, given, context)
         except ToolError as error:
-            refused = _refusal(tool, given, error)
+            refused = self._refusal(tool, given, error)
             await self._log(context, "warning" if refused else "error", f"{name}: {refused or error}")
             if refused is None:
                 raise
@@ -108,9 +111,18 @@ class FoldingServer(MCPServer[AppContext]):
             await self._changed(tool, given, answer, context)
         return answer
 
+    def _refusal(self, tool: Tool, given: Mapping[str, Any], error: ToolError) -> str | None:
+        """A failed call as a sentence, if the caller can mend it; None for a fault of the server's own."""
+        cause = error.__cause__
+        if isinstance(cause, FoldingError):
+            return errors.sentence(self._app.told(cause))
+        if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
+            return errors.sentence(errors.bad_arguments(tool.name, tool.parameters, given, cause))
+        return None
+
     def _not_offered(self, name: str) -> str:
         """Why a tool is not there."""
-        if name == "add_sequence" and not self._app.settings.read_only:
+        if name in ("add_sequence", "remove_sequence") and not self._app.settings.read_only:
             return ALLOWING
         return errors.unknown_tool(name, self.catalogue)
 
@@ -155,7 +167,7 @@ class FoldingServer(MCPServer[AppContext]):
         except ResourceError as error:
             cause = error.__cause__
             if isinstance(cause, FoldingError):
-                raise ResourceNotFoundError(errors.sentence(str(cause))) from cause
+                raise ResourceNotFoundError(errors.sentence(self._app.told(cause))) from cause
             if isinstance(cause, ValidationError):
                 raise ResourceNotFoundError(errors.bad_address(str(uri), cause)) from cause
             if isinstance(error, ResourceNotFoundError):
@@ -182,7 +194,7 @@ class FoldingServer(MCPServer[AppContext]):
             return await super().get_prompt(name, arguments, context)
         except ValueError as error:
             if (cause := _mistake_behind(error)) is not None:
-                raise MCPError(INVALID_PARAMS, errors.sentence(str(cause))) from error
+                raise MCPError(INVALID_PARAMS, errors.sentence(self._app.told(cause))) from error
             raise
 
 
@@ -190,16 +202,6 @@ def _mistake_behind(error: BaseException) -> FoldingError | None:
     """The caller's mistake that an error of the SDK's was raised for, however often it was wrapped."""
     cause = error.__cause__
     return cause if cause is None or isinstance(cause, FoldingError) else _mistake_behind(cause)
-
-
-def _refusal(tool: Tool, given: Mapping[str, Any], error: ToolError) -> str | None:
-    """A failed call as a sentence, if the caller can mend it; None for a fault of the server's own."""
-    cause = error.__cause__
-    if isinstance(cause, FoldingError):
-        return errors.sentence(str(cause))
-    if isinstance(cause, ValidationError) and not isinstance(error, UnexpectedToolError):
-        return errors.sentence(errors.bad_arguments(tool.name, tool.parameters, given, cause))
-    return None
 
 
 def _serving(

@@ -164,7 +164,7 @@ class Subscriptions:
                 try:
                     await anyio.to_thread.run_sync(self._app.require_own, run_id)
                 except FoldingError as error:
-                    raise MCPError(INVALID_PARAMS, errors.sentence(str(error))) from error
+                    raise MCPError(INVALID_PARAMS, errors.sentence(self._app.told(error))) from error
 
     async def _unsubscribe(self, request: _Request, params: UnsubscribeRequestParams) -> EmptyResult:
         self._watched.get(_connection(request), set()).discard(str(params.uri))

@@ -3,15 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from folding_schemas.actions import Action, Fold, Program, Rotate
+from folding_schemas.actions import Action, Program, Rotate
 
-from folding_server.geometry.isometry import Isometry, mirror, mirror_line, turn
+from folding_server.geometry.isometry import Isometry, mirror_line, turn
 from folding_server.geometry.line import Line, Point
 from folding_server.photographer.framing import pivot_after
 from folding_server.simulator import Paper, apply, new_paper
-from folding_server.simulator.fold import fold_line
 from folding_server.simulator.motions import moved
-from folding_server.simulator.state_diff import moved_faces
+from folding_server.simulator.state_diff import moved_faces, origins
 
 FLAT = 180.0
 """Degrees by which a part turns about its line until it lies flat again."""
@@ -86,15 +85,17 @@ def _about(paper: Paper, spot: Point) -> Paper:
 
 
 def _movement(action: Action, before: Paper, after: Paper) -> Movement:
-    if isinstance(action, Rotate):
-        return Slide(action, before, action.angle)
+    return (
+        Slide(action, before, action.angle) if isinstance(action, Rotate) else swing_of(action, before, after)
+    )
+
+
+def swing_of(action: Action, before: Paper, after: Paper) -> Swing:
+    """How the part that lies elsewhere after a fold, an unfold or a flip got there. ``action`` names it."""
+    origin = origins(before, after)
     faces = moved_faces(before, after)
-    if isinstance(action, Fold):
-        reflection = mirror(fold_line(before, action.edge, action.direction))
-        starts = {f: reflection.after(after.isometries[f]) for f in faces}
-    else:
-        reflection = after.isometries[faces[0]].after(before.isometries[faces[0]].inverse())
-        starts = {f: before.isometries[f] for f in faces}
+    starts = {f: before.isometries[origin[f]] for f in faces}
+    reflection = after.isometries[faces[0]].after(starts[faces[0]].inverse())
     line = _towards(
         mirror_line(reflection), [starts[f](after.vertices_coords[v]) for f in faces for v in after.faces[f]]
     )

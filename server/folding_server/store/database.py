@@ -214,9 +214,10 @@ class EventTable:
             if self._log_sync is not None:
                 self._log_sync.wait()
         except OSError as error:
-            raise RunError(
-                f"the run database {self._engine.url.database} could not be synced ({error.strerror}), so a change may "
-                f"be lost if the machine fails now; mend its disk, then see with get_run where the run stands"
+            raise _refused(
+                f"the run database {self._engine.url.database}",
+                f"could not be synced ({error.strerror}), so a change may be lost if the machine fails now; mend its disk, then "
+                "see with get_run where the run stands",
             ) from error
 
     def _prepare(self) -> None:
@@ -242,15 +243,31 @@ class EventTable:
         cause = error.orig if isinstance(error, DBAPIError) else error
         reason = str(cause).strip().split("\n")[0].rstrip(".")
         url = self._engine.url
-        name = url.database if url.get_backend_name() == "sqlite" else url.render_as_string()
+        own_file = url.get_backend_name() == "sqlite"
+        name = f"the run database {url.database if own_file else url.render_as_string()}"
         if "locked" in reason:
-            return RunError(f"the run database {name} is busy with another process; try again in a moment")
-        if _FULL.search(reason):
-            return RunError(
-                f"the run database {name} could not be written ({reason}), so nothing was changed; make room on "
-                f"its disk and try again"
+            return _refused(name, "is busy with another process; try again in a moment")
+        because = (
+            f" ({reason})" if own_file else ""
+        )  # what other databases say may name the machine that they run on
+        if full := _FULL.search(reason):
+            room = "so nothing was changed; make room on its disk and try again"
+            return _refused(
+                name, f"could not be written ({reason}), {room}", f"could not be written ({full[0]}), {room}"
             )
-        return RunError(f"the run database {name} cannot be used ({reason}); mend it or choose another")
+        mending = "mend it or choose another"
+        return _refused(
+            name,
+            f"cannot be used ({reason}); {mending}",
+            f"cannot be used{because}; whoever runs it has to mend it",
+        )
+
+
+def _refused(name: str, said: str, said_elsewhere: str | None = None) -> RunError:
+    """A refusal that names the database, but not to callers on other machines."""
+    return RunError(
+        f"{name} {said}", f"the run database {said if said_elsewhere is None else said_elsewhere}"
+    )
 
 
 def _event(row: EventRow) -> RunEvent:

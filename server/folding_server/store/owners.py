@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, bindparam, func, insert, select, tuple_, update
+from sqlalchemy import Connection, Row, Select, bindparam, func, insert, select, tuple_, update
 
 from folding_server.store.prepared import PreparedStatement
 from folding_server.store.schema import EVENTS, RUNS, VISION
@@ -101,11 +101,22 @@ def runs_page(
 
 def opened_on(connection: Connection, sequence: str, fingerprint: str) -> bool:
     """Whether a run was opened on the sequence of this name while it had this fingerprint, a digest in hexadecimal."""
+    return connection.execute(_opened_on(sequence, fingerprint)).first() is not None
+
+
+def own_run_on(connection: Connection, owner: str | None, sequence: str, fingerprint: str) -> str | None:
+    """The owner's newest run that was opened so, or nobody's where the owner is None; None if there is none."""
+    found: str | None = connection.execute(
+        _opened_on(sequence, fingerprint).where(RUNS.c.owner == owner)
+    ).scalar()
+    return found
+
+
+def _opened_on(sequence: str, fingerprint: str) -> Select[Any]:
+    """The newest run on the sequence of this name as it was with this fingerprint."""
     first = (EVENTS.c.run_id == RUNS.c.run_id) & (EVENTS.c.seq == 1)
     query = select(RUNS.c.run_id).join(EVENTS, first).where(RUNS.c.sequence == sequence)
-    return (
-        connection.execute(query.where(EVENTS.c.payload.contains(fingerprint)).limit(1)).first() is not None
-    )
+    return query.where(EVENTS.c.payload.contains(fingerprint)).order_by(RUNS.c.opened.desc()).limit(1)
 
 
 def _summary(row: Row[Any]) -> RunSummary:

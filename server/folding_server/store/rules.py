@@ -13,7 +13,7 @@ may call the same checks earlier, to refuse before they compute.
   (``BUDGETS_PER_FRAME``), whatever becomes of them; from a fourth only while none of its attempts can be committed. So
   a frame is tried ``3 * budget`` times at most, and ``budget`` times more for each commitment to a frame before it.
   Restoring an earlier checkpoint stays possible.
-* A technical return costs no attempt. The store takes the caller's word for it; callers bound how often they do so.
+* A technical return costs no attempt. The store takes the caller's word for it, MOST_TECHNICAL_RETURNS times at a frame.
 * A commitment to frame t is final: frames up to t cannot be saved, and no frame before t can be restored.
   Frame t itself can: the work goes on from it, and without a way back to it the first wrong attempt at t+1
   could not be given up. Restoring t revisits nothing that was decided, since what t is cannot change.
@@ -33,6 +33,11 @@ MAX_NOTES = 10_000
 """The most characters that the notes of a checkpoint may have."""
 
 
+MOST_TECHNICAL_RETURNS = 50
+"""Attempts at a frame that may end by a technical return: a client of ours gives a step up after 10 failures in a row, and a frame
+may be tried from three states, which leaves 20 for runs that were resumed."""
+
+
 def check_event(view: RunView, event: RunEvent) -> None:
     """Raise RunError unless the event may happen to the run now."""
     match event:
@@ -43,8 +48,10 @@ def check_event(view: RunView, event: RunEvent) -> None:
             check_may_undo(view)
         case Saved(frame=frame):
             check_may_save(view, frame)
-        case Restored(frame=frame):
+        case Restored(frame=frame, technical=technical):
             check_may_restore(view, frame)
+            if technical:
+                _check_technical(view)
         case Committed(frame=frame, attempt=number, state=state):
             check_may_commit(view, frame, number, state)
         case Opened():
@@ -83,6 +90,19 @@ def check_may_restore(view: RunView, frame: int) -> None:
         raise RunError(
             f"frame {frame} cannot be restored: {_locked(view)}; "
             f"restore_checkpoint({view.locked_to}) or a later one is allowed"
+        )
+
+
+def _check_technical(view: RunView) -> None:
+    """Raise RunError if an attempt has begun and no more of them at its frame may cost nothing."""
+    attempt = view.open_attempt
+    if attempt is None:
+        return
+    ended = sum(not each.counted for each in view.attempts[attempt.frame])
+    if ended >= MOST_TECHNICAL_RETURNS:
+        raise RunError(
+            f"{ended} attempts at frame {attempt.frame} have ended for technical reasons, which is all that cost nothing; "
+            "restore without a technical reason, which costs an attempt, or save the frame"
         )
 
 

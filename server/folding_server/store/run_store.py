@@ -165,6 +165,15 @@ class RunStore:
         with self._log.reading() as transaction:
             return owners.opened_on(transaction.connection, sequence, fingerprint)
 
+    def own_run_on(self, owner: str | None, sequence: str, fingerprint: str) -> str | None:
+        """The owner's newest run that was opened on such a sequence, or nobody's if the owner is None; None if there is none."""
+        with self._log.reading() as transaction:
+            return owners.own_run_on(transaction.connection, owner, sequence, fingerprint)
+
+    def owner_of(self, run_id: str) -> str | None:
+        """Whose the run is; None if it is nobody's, or there is none."""
+        return self._owner(run_id) if is_run_id(run_id) else None
+
     def require_owner(self, run_id: str, owner: str | None) -> None:
         """Raise RunError, as for a run that there is not, if the run belongs to another than this owner.
 

@@ -25,9 +25,18 @@ class LocalModel:
     def __init__(self, program: Program, photos: FindPhotos | None = None) -> None:
         self._program = program
         self._tried: tuple[Action, ...] = ()
-        self._photos = photos
+        self._find_photos = photos
         self._found: tuple[ViewWindow, dict[int, str]] | None = None
         self._replays = ReplayCache()
+
+    @property
+    def program(self) -> Program:
+        """The program as it was given."""
+        return self._program
+
+    def photos(self) -> dict[int, str]:
+        """The photos of the program's keyframes as data URLs; none where it has none. FoldingError if it cannot be folded."""
+        return self._photos_in(program_window(self._program, self._replays))
 
     def view(self) -> ModelView:
         """What the page shows now. FoldingError if the program cannot be folded."""
@@ -76,10 +85,10 @@ class LocalModel:
 
     def _photos_in(self, window: ViewWindow) -> dict[int, str]:
         """The photos for a window, made again only when it has changed."""
-        if self._photos is None:
+        if self._find_photos is None:
             return {}
         if self._found is None or self._found[0] != window:
-            self._found = window, self._photos(window)
+            self._found = window, self._find_photos(window)
         return self._found[1]
 
 

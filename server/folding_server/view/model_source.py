@@ -44,9 +44,9 @@ class StoredRuns:
             )
         return RunStore.in_folder(self.data)
 
-    def library(self, sequences: Iterable[Path]) -> Library:
-        """The sequences in folders, and those that were added without a token. PhotoError if a folder is missing."""
-        return Library(list(sequences), added_folder(self.data, None))
+    def library(self, sequences: Iterable[Path], owner: str | None) -> Library:
+        """The sequences in folders, and those that the owner of a run has added. PhotoError if a folder is missing."""
+        return Library(list(sequences), added_folder(self.data, owner))
 
 
 def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell: Tell) -> LocalModel:
@@ -67,7 +67,9 @@ def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell:
     if is_file:
         return LocalModel(load_published(text_in(path, _WANTED)).program)
     if is_run_id(source):
-        return _of_stored_run(stored, source, lambda name: stored.library(sequences).open(name), tell)
+        return _of_stored_run(
+            stored, source, lambda name, owner: stored.library(sequences, owner).open(name), tell
+        )
     raise FoldingError(
         f"There is no program, run folder or run {source!r}; give a program's JSON file, the folder of a run, or a run id."
     )
@@ -79,7 +81,7 @@ def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
     sequence = about.get("sequence")
     recorded = sequence.get("folder") if isinstance(sequence, dict) else None
 
-    def photos(_name: str) -> Sequence:
+    def photos(_name: str, _owner: str | None = None) -> Sequence:
         if not isinstance(recorded, str):
             raise PhotoError(f"{folder / 'run.json'} names no folder of photos")
         return load_sequence(Path(recorded))
@@ -92,13 +94,13 @@ def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
 
 
 def _of_stored_run(
-    stored: StoredRuns, run_id: str, find: Callable[[str], Sequence], tell: Tell
+    stored: StoredRuns, run_id: str, find: Callable[[str, str | None], Sequence], tell: Tell
 ) -> LocalModel:
     with stored.open(run_id) as store:
-        run = store.load(run_id)
+        run, owner = store.load(run_id), store.owner_of(run_id)
     program = run.current_program()
     name = run.sequence
-    return LocalModel(program, None if name is None else _photos(lambda: find(name), program, tell))
+    return LocalModel(program, None if name is None else _photos(lambda: find(name, owner), program, tell))
 
 
 def _photos(

@@ -19,7 +19,7 @@ NICENESS = 10
 
 
 class WorkerThread:
-    """Computes in the server's own process: what it computes cannot be stopped."""
+    """Computes in the server's own process: what it computes ends, once nobody waits for it, where it next announces something."""
 
     stoppable = False
 
@@ -65,9 +65,12 @@ def compute_jobs() -> None:
         answers.write(_pickled(message))
         answers.flush()
 
+    def announce(*said: str | float | None) -> None:
+        tell(said)
+
     while True:
         work, given = waiting.get()
-        tell(outcome_of(work, given, tell, time.process_time))
+        tell(outcome_of(work, given, announce, time.process_time))
 
 
 def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:

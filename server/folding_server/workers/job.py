@@ -2,13 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from folding_server.errors import FoldingError
 
 Answer = TypeVar("Answer")
-Announce: TypeAlias = Callable[[str], None]
-"""Says what is being done now; what was announced before is done."""
+
+
+class Announce(Protocol):
+    """Says what is being done now, and what part of the whole job is done, 0 to 1, where that is known.
+
+    What was announced before is done.
+    """
+
+    def __call__(self, doing: str, part: float | None = None, /) -> None:
+        """Say it to whoever waits for the job."""
+        ...
 
 
 class JobRefused(FoldingError):
@@ -59,8 +68,8 @@ class Waiter(Protocol):
         """The job waits, and ``before`` others before it."""
         ...
 
-    async def announced(self, doing: str) -> None:
-        """The job has begun with something, in words; what was announced before is done."""
+    async def announced(self, doing: str, part: float | None = None) -> None:
+        """The job has begun with something, in words, or has come to a part of the whole; what was announced before is done."""
         ...
 
     def took(self, seconds: float) -> None:

@@ -4,14 +4,14 @@ import os
 import time
 from collections.abc import Sequence
 from threading import Event
-from typing import cast
+from typing import Any, cast
 
 import anyio
 from anyio import from_thread, to_thread
 from cachetools import LRUCache
 
 from folding_server.workers.computing import WorkerThread
-from folding_server.workers.job import Answer, JobOutcome, JobWorker, Waiter, WorkerJob
+from folding_server.workers.job import Announce, Answer, JobOutcome, JobWorker, Waiter, WorkerJob
 from folding_server.workers.job_queue import JobQueue, QueuedJob, QueueLimits
 from folding_server.workers.worker_process import WorkerProcess
 
@@ -85,7 +85,7 @@ class WorkerPool:
             outcome = await to_thread.run_sync(
                 worker.compute,
                 job,
-                lambda doing: from_thread.run(waiter.announced, doing),
+                _announcing(waiter),
                 stopped.is_set,
                 abandon_on_cancel=worker.stoppable,
                 limiter=anyio.CapacityLimiter(1),  # the queue is the limit
@@ -121,3 +121,13 @@ class WorkerPool:
             self._queue.finished(queued.job)
             self._idle.append(queued.worker)
             self._hand_out()
+
+
+def _announcing(waiter: Waiter) -> Announce:
+    """Tells a waiter, from the thread in which its job is computed. Where nobody waits any more, that ends what announces."""
+
+    def announce(*said: Any) -> None:  # noqa: ANN401 - what ``announced`` takes
+        from_thread.check_cancelled()
+        from_thread.run(waiter.announced, *said)
+
+    return announce

@@ -60,14 +60,14 @@ class WorkerProcess:
         except BaseException:  # nobody hears the answer, and the next job must not
             self._forget(process)
             process.kill()
-            _bury(process)
+            _wait_for_end(process)
             raise
         with self._changing:
             if self._computing is process:
                 self._computing = None
             killed = self._process is not process
         if killed:
-            _bury(process)
+            _wait_for_end(process)
         return outcome
 
     def stop(self) -> None:
@@ -78,14 +78,14 @@ class WorkerProcess:
         if process is not None:
             process.kill()
             if not computing:
-                threading.Thread(target=_bury, args=(process,)).start()
+                threading.Thread(target=_wait_for_end, args=(process,)).start()
 
     def close(self) -> None:
         """Kill the process and wait until it is gone."""
         process = self._process
         self.stop()
         if process is not None:
-            _bury(process)
+            _wait_for_end(process)
 
     def _running(self, stopped: Callable[[], bool]) -> subprocess.Popen[bytes]:
         """The process, started if need be."""
@@ -93,7 +93,7 @@ class WorkerProcess:
             if stopped():
                 raise JobStopped
             if self._process is not None and self._process.poll() is not None:
-                _bury(self._process)
+                _wait_for_end(self._process)
                 self._process = None
             if self._process is None:
                 self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
@@ -117,7 +117,7 @@ class WorkerProcess:
     def _ended(self, process: subprocess.Popen[bytes], job: WorkerJob[Any]) -> WorkerEnded:
         """The error for a job whose process is gone."""
         self._forget(process)
-        code = _bury(process)
+        code = _wait_for_end(process)
         return WorkerEnded(
             f"the process that computed {job.name} has ended before its answer ({_cause(code)}); nothing has changed: "
             f"call {job.name} again, and if that ends the same way, the machine may have too little memory for it"
@@ -133,7 +133,7 @@ def _hear(process: subprocess.Popen[bytes], job: WorkerJob[Answer], announce: An
         message = pickle.load(heard)  # noqa: S301 - from a process of our own, by a pipe that nobody else has
         if isinstance(message, JobOutcome):
             return message
-        announce(message)
+        announce(*message)
 
 
 def _pipes(process: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
@@ -142,7 +142,7 @@ def _pipes(process: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
     return process.stdin, process.stdout
 
 
-def _bury(process: subprocess.Popen[bytes]) -> int:
+def _wait_for_end(process: subprocess.Popen[bytes]) -> int:
     """Wait for the end of a process that is ending, and give its exit code."""
     for pipe in _pipes(process):
         with contextlib.suppress(OSError):

@@ -31,14 +31,15 @@ async def compute_long(
     work: Callable[..., Answer],
     *given: Any,  # noqa: ANN401 - whatever work takes
     place: str | None = None,
+    counted: bool = False,
 ) -> Answer:
     """The answer of long work, which announces this many ``steps``, for the caller of a tool.
 
-    If the call is cancelled, the work is. Work with a ``place`` looks at the photos there: its time counts for the owner.
-    RunError if the owner's time is used up, JobRefused if too many wait.
+    If the call is cancelled, the work is. Work with a ``place`` looks at the photos there: its time counts for the owner, as
+    that of other work does if it is ``counted``. RunError if the owner's time is used up, JobRefused if too many wait.
     """
     app, owner = app_context(ctx), caller()
-    limited = None if place is None else app.limited_owner()
+    limited = app.limited_owner() if counted or place is not None else None
     if limited is not None:
         await aside(app.store.check_vision, limited)
     progress, job = ToolProgress(ctx, steps), WorkerJob(tool, work, given, owner, place)

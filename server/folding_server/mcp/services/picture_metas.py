@@ -55,3 +55,14 @@ def contact_sheet_of_sequence(name: str) -> PictureMeta:
 def exported_diagram() -> PictureMeta:
     """The current state as a file."""
     return PictureMeta(subject="exported diagram of the current state", role="diagram")
+
+
+def instructions_of(step: int | None) -> PictureMeta:
+    """One step of the instructions to the run's model, or all."""
+    subject = f"instructions, step {step}" if step else "instructions, all steps"
+    return PictureMeta(subject=subject, role="diagram" if step else "overview")
+
+
+def states_of_program() -> PictureMeta:
+    """The states of a program that is tried."""
+    return PictureMeta(subject="states of the program", role="overview")

@@ -2,16 +2,27 @@
 
 from typing import TYPE_CHECKING
 
-from folding_schemas.results import Comparison, Foldability, LocalViolation, Proposal, SeenOutline
+from folding_schemas.results import (
+    Comparison,
+    Foldability,
+    LocalViolation,
+    PatternFault,
+    Proposal,
+    SeenOutline,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from folding_server.simulator.foldability import FoldabilityReport
+    from folding_server.interchange.pattern_files import ReadPattern
+    from folding_server.simulator.foldability import Fault, FoldabilityReport
     from folding_server.vision.comparison import Match
     from folding_server.vision.outline import Outline
     from folding_server.vision.seeing import SeenFrame
     from folding_server.vision.solver import Plan
+
+LARGEST_INTEGER = 2**53 - 1
+"""The largest number that every reader of JSON keeps exactly."""
 
 
 def comparison(seen: "SeenFrame", match: "Match", outlines: "Sequence[Outline]") -> Comparison:
@@ -53,15 +64,36 @@ def proposals(plans: "Sequence[Plan]") -> list[Proposal]:
     ]
 
 
-def foldability(report: "FoldabilityReport") -> Foldability:
-    """Whether a crease pattern folds flat."""
+def foldability(report: "FoldabilityReport", read: "ReadPattern | None" = None) -> Foldability:
+    """Whether a crease pattern folds flat; ``read`` is the pattern of a file that it is about."""
     return Foldability(
         foldable=report.foldable,
-        reason=report.reason,
+        reason=(read.prefix if read else "") + report.reason,
         violations=[
             LocalViolation(vertex=each.vertex, condition=each.condition, detail=each.detail)
             for each in report.violations
         ],
-        states=report.states,
-        capped=report.capped,
+        states=min(report.states, LARGEST_INTEGER),
+        capped=report.capped or report.states > LARGEST_INTEGER,
+        exact="" if report.capped else str(report.states),
+        faults=[_fault(each) for each in report.faults],
+        notes=notes_of(read) if read else [],
+        frame=read.frame if read else 1,
     )
+
+
+def notes_of(read: "ReadPattern") -> list[str]:
+    """What was read otherwise than it stands in a file, one sentence each."""
+    from folding_server.simulator.foldability import said
+
+    place = read.pattern.place_of
+    moved = [
+        f"An end at {said(place(end.before))} was joined to {said(place(end.after))}, {end.gap:.3g} of the side away."
+        for end in read.pattern.joined
+    ]
+    return [*moved, *read.pattern.notes]
+
+
+def _fault(fault: "Fault") -> PatternFault:
+    places = [[round(c, 9) + 0.0 for c in place] for place in fault.places]
+    return PatternFault(kind=fault.kind, detail=fault.detail, vertices=list(fault.vertices), places=places)

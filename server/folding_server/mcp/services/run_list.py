@@ -9,8 +9,8 @@ from folding_server.mcp.context import AppContext
 if TYPE_CHECKING:
     from folding_server.store.owners import RunSummary
 
-MOST_RUNS = 100
-"""The most runs in one list: as many values as the protocol allows in one completion."""
+MOST_LISTED = 100
+"""The most runs in one list, and values in one completion, which is the protocol's own limit."""
 
 
 def newest_runs(app: AppContext, most: int, before: str | None = None) -> RunList:
@@ -22,7 +22,7 @@ def newest_runs(app: AppContext, most: int, before: str | None = None) -> RunLis
     return RunList(runs=[_line(each) for each in found[:most]], more=len(found) > most)
 
 
-def newest_ids(app: AppContext, most: int = MOST_RUNS) -> list[str]:
+def newest_ids(app: AppContext, most: int = MOST_LISTED) -> list[str]:
     """The ids of the caller's newest runs; of all where callers have no tokens."""
     return [each.run_id for each in app.list_runs(most)]
 

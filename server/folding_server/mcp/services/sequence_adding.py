@@ -1,28 +1,29 @@
 """Adding a sequence from the files of a user, under a name that no other has and that no run depends on."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
+import anyio
 from folding_schemas.results import SequenceOutcome
 
 from folding_server.errors import PhotoError, RunError
 from folding_server.mcp.auth import caller
+from folding_server.mcp.services.long_calls import aside
+from folding_server.mcp.services.sequence_jobs import MadeSequence, SequenceWork, writing_sequences
 from folding_server.mcp.services.sequence_material import material_at, title_of
 
 if TYPE_CHECKING:
     from folding_server.frames.added_sequences import AddedSequence, AddedSequences
-    from folding_server.frames.image_files import EncodedImage
     from folding_server.frames.sequence_building import BuiltSequence
     from folding_server.frames.sequence_folder import DeclaredSheet
     from folding_server.mcp.context import AppContext
 
-MOST_TILES = 72
-"""How many images the contact sheet of an answer has, unless there are more keyframes: their numbers stay readable."""
-
-SHEET_SIDE = 1568
-"""Pixels of that sheet's longer side: what Claude's models scale larger pictures down to."""
+Making: TypeAlias = Callable[[SequenceWork, Path], Awaitable[MadeSequence]]
+"""Writes a sequence into an empty folder, wherever that is computed."""
 
 
 @dataclass(frozen=True)
@@ -44,18 +45,35 @@ class AddedAnswer:
     asked: str
     outcome: SequenceOutcome
     kept: "AddedSequence"
-    built: "BuiltSequence"
+    made: MadeSequence
 
 
-def add_to_library(app: "AppContext", wish: SequenceWish, progress: Callable[[float], None]) -> AddedAnswer:
-    """Make a sequence of a film or of photos, for the caller.
+@dataclass(frozen=True)
+class _Planned:
+    """What is to be made, of which ``source``, and the ``title`` that it is to be found under."""
 
-    PhotoError if the files may not or cannot be read, the name is another sequence's, or the disk is full; RunError if an
-    owner may keep or compute nothing more.
+    added: "AddedSequences"
+    source: str
+    title: str
+    work: SequenceWork
+
+
+async def add_to_library(app: "AppContext", wish: SequenceWish, make: Making, *, shown: bool) -> AddedAnswer:
+    """Make a sequence of a film or of photos, for the caller, with a contact sheet where it is ``shown``.
+
+    If the call is cancelled, nothing is left. PhotoError if the files may not or cannot be read, the name is another
+    sequence's, or the disk is full; RunError if an owner may keep or compute nothing more.
     """
+    planned = await aside(_planned, app, wish, shown)
+    async with _empty_folder(planned.added) as folder:
+        made = await make(planned.work, folder)
+        return await aside(_keep, app, planned, folder, made)
+
+
+def _planned(app: "AppContext", wish: SequenceWish, shown: bool) -> _Planned:
+    """What is to be made, once everything that the caller said can be."""
     from folding_server.frames.added_sequences import source_digest  # noqa: PLC0415  (loads numpy and Pillow)
     from folding_server.frames.manifest import check_name  # noqa: PLC0415
-    from folding_server.frames.sequence_building import build_sequence  # noqa: PLC0415
     from folding_server.frames.sequence_folder import require_colors  # noqa: PLC0415
 
     if wish.name is not None:
@@ -63,39 +81,44 @@ def add_to_library(app: "AppContext", wish: SequenceWish, progress: Callable[[fl
     material = material_at(wish.paths, app.allowed_folders())
     added = app.added_sequences()
     _check_room(app, added)
-    try:
+    with writing_sequences():
         source = source_digest(list(material.files))
         before = added.made_from(source)
-        paper = _paper(wish, before)
-        require_colors(paper)
-        title = wish.name or (before.title if before else title_of(wish.paths))
-        if wish.name is not None:
-            _check_free(app, added, wish.name, source)
-        with app.counting_vision(), added.making() as made:
-            built = build_sequence(material, wish.keyframes, replace(paper, name=title), made, progress)
-            with app.placing:
-                name, outcome = _name_for(app, added, source, title, built, paper)
-                existing = added.find(name)
-                kept = (
-                    existing if outcome == "unchanged" and existing else added.keep(made, name, source, title)
-                )
-    except OSError as error:
-        raise PhotoError(
-            f"the sequence could not be kept ({error.strerror or 'the disk cannot be written'}), and nothing was changed: "
-            "make room on the server's disk and call again"
-        ) from error
-    return AddedAnswer(name, title, outcome, kept, built)
+    paper = _paper(wish, before)
+    require_colors(paper)
+    title = wish.name or (before.title if before else title_of(wish.paths))
+    if wish.name is not None:
+        _check_free(app, added, wish.name, source)
+    return _Planned(
+        added, source, title, SequenceWork(material, wish.keyframes, replace(paper, name=title), shown)
+    )
 
 
-def contact_sheet_of(answer: AddedAnswer) -> "EncodedImage":
-    """The keyframes of an added sequence, framed in red, among images between them, each under its number."""
-    from folding_server.frames.contact_sheet import contact_sheet, fewer_images  # noqa: PLC0415
-    from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
+@asynccontextmanager
+async def _empty_folder(added: "AddedSequences") -> AsyncIterator[Path]:
+    """A folder to write a sequence into, made and removed beside the event loop."""
+    making = added.making()
+    with writing_sequences():
+        folder = await aside(making.__enter__)
+    try:
+        yield folder
+    finally:
+        with anyio.CancelScope(shield=True):
+            await aside(making.__exit__, None, None, None)
 
-    keyframes, labels = answer.built.keyframes, answer.built.labels
-    shown = fewer_images(keyframes, list(labels), MOST_TILES)
-    sheet = contact_sheet(answer.kept.images, keyframes, shown, labels.__getitem__, SHEET_SIDE)
-    return encode_for_model(sheet, SHEET_SIDE, caption=f"Contact sheet of {answer.name}")
+
+def _keep(app: "AppContext", planned: _Planned, folder: Path, made: MadeSequence) -> AddedAnswer:
+    """Put what was made in its place, under a name that no other sequence has."""
+    added, sheet = planned.added, planned.work.sheet
+    with writing_sequences(), app.placing:
+        name, outcome = _name_for(app, added, planned.source, planned.title, made.built, sheet)
+        existing = added.find(name)
+        kept = (
+            existing
+            if outcome == "unchanged" and existing
+            else added.keep(folder, name, planned.source, planned.title)
+        )
+    return AddedAnswer(name, planned.title, outcome, kept, made)
 
 
 def _paper(wish: SequenceWish, before: "AddedSequence | None") -> "DeclaredSheet":
@@ -168,10 +191,15 @@ def _same(existing: "AddedSequence", built: "BuiltSequence", paper: "DeclaredShe
 
 def _has_runs(app: "AppContext", name: str, existing: "AddedSequence") -> bool:
     """Whether runs were opened on a sequence as it is, which could not be taken up again once it is another."""
+    fingerprint = fingerprint_of(existing)
+    return fingerprint is not None and app.store.has_runs(name, fingerprint)
+
+
+def fingerprint_of(existing: "AddedSequence") -> str | None:
+    """What runs that are opened on an added sequence keep of it; None if it cannot be read any more."""
     from folding_server.frames.sequences import load_sequence  # noqa: PLC0415
 
     try:
-        fingerprint = load_sequence(existing.folder).fingerprint()
+        return load_sequence(existing.folder).fingerprint()
     except PhotoError:
-        return False
-    return app.store.has_runs(name, fingerprint)
+        return None

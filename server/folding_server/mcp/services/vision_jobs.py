@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from folding_schemas.results import Comparison, Foldability, Proposals
+from folding_schemas.state_measures import StateMeasures
 
 from folding_server.errors import PhotoError
 from folding_server.mcp.services import presenters
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from folding_server.simulator import Paper
     from folding_server.workers.job import Announce
 
+COUNTING_SECONDS = 1.0
+"""Seconds for which layer orders are counted, once one is found."""
 SEEING = "finding the sheet in the photos"
 
 
@@ -140,11 +143,32 @@ def view_program(
 
 
 def check_folding_flat(announce: "Announce", paper: "Paper") -> Foldability:
-    """Whether the crease pattern of a paper folds flat."""
-    from folding_server.simulator.foldability import check_paper  # noqa: PLC0415  (loads shapely)
+    """Whether the crease pattern of a paper can be folded flat."""
+    from folding_server.simulator.foldability import Counting, check_paper  # noqa: PLC0415  (loads shapely)
 
     announce("looking for an order of the layers")
-    return presenters.foldability(check_paper(paper))
+    return presenters.foldability(check_paper(paper, counting=Counting(seconds=COUNTING_SECONDS)))
+
+
+def check_text_folding_flat(announce: "Announce", text: str) -> Foldability:
+    """Whether the crease pattern in the text of a file can be folded flat."""
+    from folding_server.interchange.pattern_files import ending_of_text, read_patterns  # noqa: PLC0415
+    from folding_server.simulator.foldability import Counting, check_pattern  # noqa: PLC0415
+
+    announce("looking for an order of the layers")
+    (read,) = read_patterns(text, ending_of_text(text))
+    return presenters.foldability(
+        check_pattern(read.pattern, counting=Counting(seconds=COUNTING_SECONDS)), read
+    )
+
+
+def measure_for_evaluation(announce: "Announce", measured: "Paper | str") -> StateMeasures:
+    """What evaluation is told of a paper, or of the state in the text of a FOLD file. ProgramError if it cannot be read."""
+    from folding_server.measuring.state_measuring import measured_model, measured_paper  # noqa: PLC0415  (loads shapely)
+    from folding_server.measuring.stated_model import stated_model  # noqa: PLC0415
+
+    announce("looking for an order of the layers")
+    return measured_model(stated_model(measured)) if isinstance(measured, str) else measured_paper(measured)
 
 
 @cache

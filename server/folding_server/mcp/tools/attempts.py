@@ -37,12 +37,15 @@ def list_attempts(
     run = app.run(run_id)
     app.sequence(run).require(frame)
     made = run.attempts.get(frame, ())
+    earlier = _earlier_states(run, made)
+    shown = _newest(earlier)
     listed = AttemptList(
         frame=frame,
         budget=run.budget or 0,
         attempts=[_info(each) for each in made],
-        states=[*(_last_state(run, each) for each in made), *_earlier_states(run, made)],
+        states=[*(_last_state(run, each) for each in made), *shown],
         used=run.used(frame),
+        left_out=len(earlier) - len(shown),
     )
     drawn = (_diagram(app, run, frame, each) for each in listed.states)
     return picture_result(_in_words(run, listed), listed, drawn, images)
@@ -91,6 +94,8 @@ def _in_words(run: RunView, listed: AttemptList) -> str:
         last = ", ".join(each.label for each in listed.attempts)
         also = f", then of attempt {'; '.join(earlier)}" if earlier else ""
         said.append(f"the diagrams are those of {last}{also}")
+    if listed.left_out:
+        said.append(f"{listed.left_out} older states of the attempts can be chosen too and are not drawn")
     return " ".join([f"{'; '.join(said)}.", *_other_paths(listed)])
 
 
@@ -130,13 +135,17 @@ def _last_state(run: RunView, attempt: Attempt) -> AttemptState:
 
 
 def _earlier_states(run: RunView, made: tuple[Attempt, ...]) -> list[AttemptState]:
-    """The other states that can be chosen: the newest, if there are too many, and those on the path before others."""
-    found = [
+    """The other states that can be chosen."""
+    return [
         _state(run, attempt, number)
         for attempt in made
         for number, actions in enumerate(attempt.states, start=1)
         if actions != attempt.actions and run.committable(attempt)
     ]
+
+
+def _newest(found: list[AttemptState]) -> list[AttemptState]:
+    """As many of the earlier states as are drawn: those on the path before others, and of these the newest."""
     kept = sorted(found, key=lambda each: (each.on_path, each.attempt, each.state))[-MOST_EARLIER_STATES:]
     return [each for each in found if each in kept]
 

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
-from folding_server.mcp.parameters import ImageSize, RunId
+from folding_server.mcp.parameters import READ_WHOLE, ImageSize, RunId
 from folding_server.mcp.results import AnswerPicture, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.tool_record import LOOKS, tool
@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 Format = Annotated[
     ExportFormat,
-    Field(description="one of fold, crease-pattern, crease-pattern-svg, svg, png, obj and program"),
+    Field(description="the kind of file"),
+]
+
+Step = Annotated[
+    int | None,
+    Field(ge=0, description="a step of the program, 0 the flat sheet; left out, the last"),
+    READ_WHOLE,
 ]
 
 
@@ -26,17 +32,22 @@ Format = Annotated[
 def export_state(
     ctx: ToolContext,
     format: Format,  # noqa: A002 - the argument's name on the wire
+    step: Step = None,
     images: ImageSize = "full",
     run_id: RunId = None,
 ) -> Annotated[CallToolResult, Export]:
     """Give the current state as a file."""
     from folding_server.diagram.palette import colors_of  # noqa: PLC0415
     from folding_server.interchange.export import export  # noqa: PLC0415  (loads shapely)
+    from folding_server.interchange.step_files import paper_after, program_of_step  # noqa: PLC0415
 
     app = app_context(ctx)
     run = app.run(run_id)
     colors = colors_of(run.front_color, run.back_color)
-    file = export(app.paper(run), format, colors, run.current_program())
+    program, paper = program_of_step(run.current_program(), step), app.paper(run)
+    if step is not None:
+        paper = paper_after(program, len(program.steps))
+    file = export(paper, format, colors, program)
     text = file.content if isinstance(file.content, str) else None
     exported = Export(format=format, media_type=file.media_type, filename=file.filename, text=text)
     pictures = (

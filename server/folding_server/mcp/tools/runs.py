@@ -13,7 +13,7 @@ from folding_server.mcp.parameters import READ_WHOLE, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.allowing import ALLOWING
 from folding_server.mcp.services.run_addresses import checkpoint_links, file_links
-from folding_server.mcp.services.run_list import MOST_RUNS, newest_runs
+from folding_server.mcp.services.run_list import MOST_LISTED, newest_runs
 from folding_server.mcp.services.run_status import next_step, run_info
 from folding_server.mcp.tool_record import ADDS, LOOKS, tool
 
@@ -32,7 +32,7 @@ OptionalAttempts = Annotated[
 ]
 Most = Annotated[
     int,
-    Field(ge=1, le=MOST_RUNS, description="how many runs to list, from 1 to 100; left out, 20"),
+    Field(ge=1, le=MOST_LISTED, description=f"how many runs to list, from 1 to {MOST_LISTED}; left out, 20"),
     READ_WHOLE,
 ]
 Before = Annotated[

@@ -17,7 +17,12 @@ from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.images import diagram, photo_beside_others
 from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.services.run_status import checkpoint_at
-from folding_server.mcp.services.vision_jobs import SequencePlace, check_folding_flat, compare_paper
+from folding_server.mcp.services.vision_jobs import (
+    SequencePlace,
+    check_folding_flat,
+    check_text_folding_flat,
+    compare_paper,
+)
 from folding_server.mcp.tool_record import LOOKS, tool
 from folding_server.simulator import Paper, folded_state
 from folding_server.store.rules import find_attempt, find_state
@@ -122,12 +127,23 @@ def _compared_actions(run: RunView, frame: int, attempt: int | None, state: int 
     return run.actions
 
 
+PatternFile = Annotated[
+    str | None,
+    Field(description="text of a FOLD, .cp, .ori, SVG or DXF file; left out, the state"),
+]
+
+
 @tool("Check flat-foldability", LOOKS, icons.CHECK_ICON, long=True)
-async def check_foldability(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, Foldability]:
-    """Check whether the crease pattern can be folded flat."""
-    paper = await aside(_current_paper, app_context(ctx), run_id)
-    found = await compute_long(ctx, "check_foldability", 1, check_folding_flat, paper)
-    return call_tool_result(found.reason, found)
+async def check_foldability(
+    ctx: ToolContext, pattern: PatternFile = None, run_id: RunId = None
+) -> Annotated[CallToolResult, Foldability]:
+    """Check whether a crease pattern can be folded flat."""
+    if pattern is None:
+        paper = await aside(_current_paper, app_context(ctx), run_id)
+        found = await compute_long(ctx, "check_foldability", 1, check_folding_flat, paper)
+    else:
+        found = await compute_long(ctx, "check_foldability", 1, check_text_folding_flat, pattern)
+    return call_tool_result(" ".join([found.reason, *found.notes]), found)
 
 
 def _current_paper(app: AppContext, run_id: str | None) -> Paper:

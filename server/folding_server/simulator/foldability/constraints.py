@@ -7,49 +7,73 @@ among faces that share a cell; the search sees to that. (Taco-taco, taco-tortill
 Akitaya et al., "Simple folding is really hard", and of Flat-Folder.)
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import shapely
 
-from folding_server.arrays import Geometries
-from folding_server.simulator.foldability.equations import FacePair
+from folding_server.arrays import Bools, Geometries, Ints
+from folding_server.simulator.foldability.equations import FacePair, Rows
 from folding_server.simulator.foldability.flat_faces import FlatFaces
-from folding_server.simulator.validity.contacts import along, cells, overlapping, shrunk, through
+from folding_server.simulator.foldability.sweep import sweep
+from folding_server.simulator.validity.contacts import along, cell_sets, overlapping, shrunk, through
+
+ConditionKind = Literal["taco-taco", "taco-tortilla", "tortilla-tortilla"]
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """``pairs`` i < j of overlapping faces; ``known`` pairs that assignments fix, lower face first; ``equal`` pairs of
-    statements that are both true or both false; ``even`` quadruples of which an even number is true; ``cells``, for each
-    face, a bit set of the cells it covers; ``reached``, for each face, when a walk from face to face comes to it.
+    """``pairs`` (n, 2) i < j of overlapping faces; ``known`` (n, 2) pairs that assignments fix, lower face first; ``equal``
+    (n, 4) pairs of statements that are both true or both false; ``even`` (n, 8) quadruples of which an even number is
+    true; ``cells``, for each face, a bit set of the cells it covers; ``reached``, for each face, when it is laid;
+    ``beside``, for each face, one that it is joined to and that is laid before, -1 if there is none; ``counts``, how many
+    conditions of each kind there are, each counted once for the faces that it is about, where that was asked for.
     """
 
     faces: int
-    pairs: frozenset[FacePair]
-    known: tuple[FacePair, ...]
-    equal: frozenset[tuple[FacePair, FacePair]]
-    even: frozenset[tuple[FacePair, FacePair, FacePair, FacePair]]
-    cells: tuple[int, ...]
-    reached: tuple[int, ...]
+    pairs: Rows
+    known: Rows
+    equal: Rows
+    even: Rows
+    cells: Sequence[int]
+    reached: Sequence[int]
+    beside: Sequence[int] = field(default=())
+    counts: Mapping["ConditionKind", int] = field(default_factory=dict)
 
 
 def conditions(flat: FlatFaces, tolerance: float) -> Conditions:
     """All conditions on the layer order of a flat-lying pattern; tolerance in units of the sheet's longer side."""
-    outlines = np.array([shapely.Polygon(outline) for outline in flat.outlines])
-    pairs = frozenset((int(i), int(j)) for i, j in overlapping(outlines, tolerance).T)
-    cover = cells(outlines, tolerance)
-    builder = _Builder(flat, pairs, np.flatnonzero(shapely.is_empty(shrunk(outlines, tolerance / 2))))
+    contacts = Contacts(flat, tolerance)
+    return replace(conditions_of(contacts), counts=contacts.counts)
+
+
+def conditions_of(contacts: "Contacts") -> Conditions:
+    """All conditions that follow from contacts."""
+    reached = np.argsort(sweep(contacts.flat))
     return Conditions(
-        len(outlines),
-        pairs,
-        tuple(builder.known()),
-        frozenset(builder.equal(tolerance, outlines)),
-        frozenset(builder.even),
-        tuple(int.from_bytes(np.packbits(row).tobytes(), "big") for row in cover),
-        tuple(int(k) for k in np.argsort(flat.walk)),
+        len(contacts.outlines),
+        contacts.pairs,
+        contacts.known,
+        contacts.equal,
+        contacts.even,
+        cell_sets(contacts.outlines, contacts.tolerance),
+        reached.tolist(),
+        _beside(contacts.flat, reached),
     )
+
+
+def _beside(flat: FlatFaces, reached: Ints) -> list[int]:
+    """For each face the first laid of those that it is joined to, -1 if none of them is laid before."""
+    beside = [-1] * len(reached)
+    when = reached.tolist()
+    for crease in flat.creases:
+        early, late = sorted((crease.left, crease.right), key=when.__getitem__)
+        if beside[late] < 0 or when[early] < when[beside[late]]:
+            beside[late] = early
+    return beside
 
 
 def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
@@ -63,69 +87,136 @@ def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
             yield (crease.left, crease.right) if left_below else (crease.right, crease.left)
 
 
-class _Builder:
-    """Collects equations whose statements are all about overlapping pairs; ``even`` fills while ``equal`` is read.
+class Contacts:
+    """Where faces and creases of a flat-lying pattern touch, and the equations that follow, all of overlapping faces.
 
     ``thin`` faces are thinner than the tolerance: a flat pair with one does not reach across its crease.
     """
 
-    def __init__(self, flat: FlatFaces, pairs: frozenset[FacePair], thin: Iterable[int]) -> None:
-        self.flat, self.pairs, self.thin = flat, pairs, frozenset(thin)
-        self.even: set[tuple[FacePair, FacePair, FacePair, FacePair]] = set()
+    def __init__(self, flat: FlatFaces, tolerance: float) -> None:
+        self.flat, self.tolerance = flat, tolerance
+        self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
+        found = overlapping(self.outlines, tolerance).T.astype(int)
+        self.pairs: Ints = found[np.lexsort((found[:, 1], found[:, 0]))]
+        self.keys = self.pairs[:, 0] * len(self.outlines) + self.pairs[:, 1]
+        self.left = np.array([crease.left for crease in flat.creases], int)
+        self.right = np.array([crease.right for crease in flat.creases], int)
+        self.folded = np.array([crease.folded for crease in flat.creases], bool)
 
-    def overlap(self, *pairs: FacePair) -> bool:
-        """Whether all pairs are of faces that overlap."""
-        return all((min(p), max(p)) in self.pairs for p in pairs)
+    @property
+    def size(self) -> tuple[int, int, int]:
+        """How many pairs of faces overlap, and how many equations of each kind there are."""
+        return len(self.pairs), len(self.equal), len(self.even)
 
-    def known(self) -> Iterator[FacePair]:
-        """What assignments say of faces that overlap."""
-        return (pair for pair in assigned_orders(self.flat) if self.overlap(pair))
+    @property
+    def counts(self) -> dict[ConditionKind, int]:
+        """How many conditions of each kind there are, each counted once for the faces that it is about."""
+        spans_fold = self.folded[self._spans[0]] if len(self._spans[0]) else np.zeros(0, bool)
+        kept = self._spans_rows
+        return {
+            "taco-taco": len(_about(self.even[:, [0, 2, 1, 5]])),
+            "taco-tortilla": len(_about(np.concatenate([kept[spans_fold], self._folds_and_flat_pairs]))),
+            "tortilla-tortilla": len(_about(np.concatenate([kept[~spans_fold], self._flat_pairs]))),
+        }
 
-    def equal(self, tolerance: float, outlines: Geometries) -> Iterator[tuple[FacePair, FacePair]]:
-        """Equations between two statements."""
+    def overlap(self, x: Ints, y: Ints) -> Bools:
+        """Whether faces overlap, pair by pair."""
+        keys = np.minimum(x, y) * len(self.outlines) + np.maximum(x, y)
+        at = np.searchsorted(self.keys, keys)
+        return np.asarray(np.append(self.keys, -1)[at] == keys)
+
+    @cached_property
+    def known(self) -> Ints:
+        """(n, 2): what assignments say of faces that overlap, lower face first."""
+        given = np.array(list(assigned_orders(self.flat)), int).reshape(-1, 2)
+        return np.asarray(given[self.overlap(*given.T)])
+
+    @cached_property
+    def equal(self) -> Ints:
+        """(n, 4): equations between two statements."""
+        return np.concatenate([self._spans_rows, self._flat_pairs, self._folds_and_flat_pairs])
+
+    @cached_property
+    def even(self) -> Ints:
+        """(n, 8): two folds on one side of a line do not interleave."""
+        i, j, way = self._along
+        both = self.folded[i] & self.folded[j]
+        i, j, way = i[both], j[both], way[both]
+        a, b, c, d = self.left[i], self.right[i], self.left[j], self.right[j]
+        kept = self.flat.sides[i, 0] == self.flat.sides[j, 0] * way
+        kept &= (a != c) & (a != d) & (b != c) & (b != d)
+        rows = np.stack([a, c, b, c, a, d, b, d], axis=1)[kept]
+        return np.asarray(rows[self._all_overlap(rows)])
+
+    @cached_property
+    def _spans(self) -> tuple[Ints, Ints]:
+        """The creases that faces span, with the faces, of those that overlap both faces beside the crease."""
         if not self.flat.creases:
-            return
-        segments = self.flat.segments
-        for i, c in through(segments, outlines, tolerance).T:
-            a, b = self.flat.creases[i].left, self.flat.creases[i].right
-            yield from self._same((a, int(c)), (b, int(c)))
-        pairs, ways = along(segments, tolerance)
-        for (i, j), way in zip(pairs.T, ways, strict=True):
-            yield from self._along(int(i), int(j), int(way))
+            return np.zeros(0, int), np.zeros(0, int)
+        crease, face = through(self.flat.segments, self.outlines, self.tolerance)
+        left, right = self.left[crease], self.right[crease]
+        kept = (left != face) & (right != face) & self.overlap(left, face) & self.overlap(right, face)
+        return crease[kept], face[kept]
 
-    def _same(self, first: FacePair, second: FacePair) -> Iterator[tuple[FacePair, FacePair]]:
-        if len({*first}) == 2 == len({*second}) and self.overlap(first, second):
-            yield first, second
+    @cached_property
+    def _spans_rows(self) -> Ints:
+        """A face that spans a crease is not between the two faces beside it."""
+        crease, face = self._spans
+        return np.stack([self.left[crease], face, self.right[crease], face], axis=1)
 
-    def _along(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
-        """Two creases along one line, ``way`` 1 if they point the same way."""
-        folded = (self.flat.creases[i].folded, self.flat.creases[j].folded)
-        if folded == (True, True):
-            self._two_folds(i, j, way)
-        elif folded == (False, False):
-            yield from self._two_flat_pairs(i, j, way)
-        else:
-            yield from self._fold_and_flat_pair(*((i, j) if folded[0] else (j, i)), way)
+    @cached_property
+    def _along(self) -> tuple[Ints, Ints, Ints]:
+        """Pairs of creases that run along each other, and 1 where they point the same way, else -1."""
+        if not self.flat.creases:
+            return (np.zeros(0, int),) * 3
+        (i, j), way = along(self.flat.segments, self.tolerance)
+        return i, j, way
 
-    def _two_folds(self, i: int, j: int, way: int) -> None:
-        (a, b), (c, d) = self._beside(i), self._beside(j)
-        four = ((a, c), (b, c), (a, d), (b, d))
-        one_side = self.flat.sides[i, 0] == self.flat.sides[j, 0] * way
-        if one_side and len({a, b, c, d}) == 4 and self.overlap(*four):
-            self.even.add(four)
+    @cached_property
+    def _flat_pairs(self) -> Ints:
+        i, j, way = self._along
+        both = ~self.folded[i] & ~self.folded[j]
+        i, j, way = i[both], j[both], way[both]
+        turned = self.flat.sides[i, 0] != self.flat.sides[j, 0] * way
+        c, d = self._turned(j, turned)
+        return self._same(self.left[i], c, self.right[i], d)
 
-    def _two_flat_pairs(self, i: int, j: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
-        (a, b), (c, d) = self._beside(i), self._beside(j)
-        if self.flat.sides[i, 0] != self.flat.sides[j, 0] * way:
-            c, d = d, c
-        yield from self._same((a, c), (b, d))
+    @cached_property
+    def _folds_and_flat_pairs(self) -> Ints:
+        i, j, way = self._along
+        one = self.folded[i] ^ self.folded[j]
+        i, j, way = i[one], j[one], way[one]
+        fold, flat = np.where(self.folded[i], i, j), np.where(self.folded[i], j, i)
+        turned = self.flat.sides[flat, 0] * way != self.flat.sides[fold, 0]
+        inside, outside = self._turned(flat, turned)
+        wide = ~self._thin[outside]
+        return self._same(self.left[fold][wide], inside[wide], self.right[fold][wide], inside[wide])
 
-    def _fold_and_flat_pair(self, fold: int, flat: int, way: int) -> Iterator[tuple[FacePair, FacePair]]:
-        (a, b), (inside, outside) = self._beside(fold), self._beside(flat)
-        if self.flat.sides[flat, 0] * way != self.flat.sides[fold, 0]:
-            inside, outside = outside, inside
-        if outside not in self.thin:
-            yield from self._same((a, inside), (b, inside))
+    @cached_property
+    def _thin(self) -> Bools:
+        empty: Bools = np.asarray(shapely.is_empty(shrunk(self.outlines, self.tolerance / 2)))
+        return empty
 
-    def _beside(self, crease: int) -> FacePair:
-        return self.flat.creases[crease].left, self.flat.creases[crease].right
+    def _turned(self, crease: Ints, turned: Bools) -> tuple[Ints, Ints]:
+        """The faces beside creases, the right one first where turned."""
+        left, right = self.left[crease], self.right[crease]
+        return np.where(turned, right, left), np.where(turned, left, right)
+
+    def _same(self, a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
+        """[a, b] = [c, d], for those that are about overlapping faces."""
+        rows = np.stack([a, b, c, d], axis=1)[(a != b) & (c != d)]
+        return np.asarray(rows[self._all_overlap(rows)])
+
+    def _all_overlap(self, rows: Ints) -> Bools:
+        """Whether the faces of every statement of a row overlap."""
+        return np.asarray(self.overlap(rows[:, ::2], rows[:, 1::2]).all(axis=1))
+
+
+def _about(rows: Ints) -> Ints:
+    """Rows (n, 4) of two pairs of faces, each once whichever way round pairs and faces stand."""
+    pairs = np.sort(rows.reshape(-1, 2, 2), axis=2)
+    turned = (pairs[:, 0, 0] > pairs[:, 1, 0]) | (
+        (pairs[:, 0, 0] == pairs[:, 1, 0]) & (pairs[:, 0, 1] > pairs[:, 1, 1])
+    )
+    pairs[turned] = pairs[turned][:, ::-1]
+    return np.unique(pairs.reshape(-1, 4), axis=0)

@@ -1,116 +1,144 @@
 """Statements about pairs of faces that are equal or opposite, gathered into classes; what is left relates classes."""
 
-from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
+
+import numpy as np
+
+from folding_server.arrays import Bools, Ints
+from folding_server.simulator.foldability.classes import ContradictionError, SignedClasses
+
+__all__ = ["CERTAIN", "ContradictionError", "Equations", "FacePair", "equations", "rows_of"]
 
 FacePair = tuple[int, int]
 """(x, y), read as the statement that face x lies below face y."""
 
+Rows = Ints | Collection[object]
+"""Rows of face numbers: an array, or tuples that hold as many."""
 
-class ContradictionError(Exception):
-    """Conditions that cannot hold together, whatever is chosen."""
+CERTAIN = 0
+"""The class of what the conditions alone say, which is true."""
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Classes of statements, by number.
+    """Classes of statements, by number; class 0 is what is certain.
 
-    ``class_of``  pair i < j -> (class, whether [i, j] is the opposite of the class)
+    ``codes``     face x -> face y -> twice the class of the statement [x, y], plus 1 if it holds where the class is true
     ``members``   class -> the statements that hold if the class is true
     ``parities``  (classes, odd): an odd or an even number of these classes is true
     ``watching``  class -> indices of the parities it is in
-    ``fixed``     (class, value) for classes that the equations alone decide
     """
 
-    class_of: dict[FacePair, tuple[int, bool]]
+    codes: list[dict[int, int]]
     members: list[list[FacePair]]
     parities: list[tuple[tuple[int, ...], bool]]
     watching: list[list[int]]
-    fixed: list[tuple[int, bool]]
 
     def literal(self, x: int, y: int) -> tuple[int, bool]:
         """The class of the statement [x, y] and its value if the statement holds."""
-        number, opposite = self.class_of[(x, y) if x < y else (y, x)]
-        return number, opposite == (x > y)
+        code = self.codes[x][y]
+        return code >> 1, bool(code & 1)
 
 
-class _Classes:
-    """Union-find with signs over the pairs."""
-
-    def __init__(self, pairs: Iterable[FacePair]) -> None:
-        self.above: dict[FacePair, tuple[FacePair, bool]] = {pair: (pair, False) for pair in pairs}
-
-    def find(self, x: int, y: int) -> tuple[FacePair, bool]:
-        """The root of [x, y] and whether the statement is its opposite."""
-        pair, opposite = ((x, y), False) if x < y else ((y, x), True)
-        path = []
-        while self.above[pair][0] != pair:
-            path.append((pair, opposite))
-            opposite ^= self.above[pair][1]
-            pair = self.above[pair][0]
-        for passed, before in path:
-            self.above[passed] = (pair, opposite != before)
-        return pair, opposite
-
-    def join(self, first: tuple[FacePair, bool], second: tuple[FacePair, bool], *, opposite: bool) -> None:
-        """Make two signed roots equal or opposite; ContradictionError if they are the other already."""
-        (p, negated_p), (q, negated_q) = first, second
-        sign = negated_p ^ negated_q ^ opposite
-        if p != q:
-            self.above[p] = (q, sign)
-        elif sign:
-            raise ContradictionError
+def rows_of(rows: Rows, width: int) -> Ints:
+    """Rows as an array (n, width)."""
+    given = rows if isinstance(rows, np.ndarray) else np.array(sorted(rows), int)  # type: ignore[type-var]
+    return np.asarray(given, int).reshape(-1, width)
 
 
-def equations(
-    pairs: Iterable[FacePair],
-    equal: Iterable[tuple[FacePair, FacePair]],
-    even: Collection[tuple[FacePair, ...]],
-) -> Equations:
-    """Gather statements into classes; ContradictionError if the equations alone have no solution."""
-    pairs = sorted(pairs)
-    classes = _Classes(pairs)
-    for first, second in equal:
-        classes.join(classes.find(*first), classes.find(*second), opposite=False)
-    reduced = {_reduced(classes, statements) for statements in even}
-    while joins := [(roots, odd) for roots, odd in reduced if len(roots) == 2]:
-        for (p, q), odd in joins:
-            classes.join(classes.find(*p), classes.find(*q), opposite=odd)
-        reduced = {_reduced(classes, statements) for statements in even}
-    if ((), True) in reduced:
+class _Statements:
+    """The statements about pairs of overlapping faces: number 0 is what is certain, then each pair x < y, sorted."""
+
+    def __init__(self, pairs: Ints) -> None:
+        self.pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        self.width = int(pairs.max(initial=0)) + 1
+        self.keys = self.pairs[:, 0] * self.width + self.pairs[:, 1]
+
+    def number(self, x: Ints, y: Ints) -> tuple[Ints, Bools]:
+        """The statements [x, y], all of them of overlapping faces, and whether each is the opposite of its number."""
+        keys = np.minimum(x, y) * self.width + np.maximum(x, y)
+        return np.searchsorted(self.keys, keys) + 1, x > y
+
+
+def equations(pairs: Rows, equal: Rows, even: Rows, known: Rows = ()) -> Equations:
+    """Gather statements into classes; ContradictionError if the equations alone have no solution.
+
+    ``pairs`` (n, 2) overlapping faces, ``equal`` (n, 4) two statements each, ``even`` (n, 8) four statements of which an
+    even number holds, ``known`` (n, 2) statements that hold.
+    """
+    statements = _Statements(rows_of(pairs, 2))
+    classes = SignedClasses(len(statements.pairs) + 1)
+    (a, b, c, d), (x, y) = rows_of(equal, 4).T, rows_of(known, 2).T
+    (p, not_p), (q, not_q), (r, not_r) = (statements.number(*s) for s in ((a, b), (c, d), (x, y)))
+    certain = np.zeros(len(r), int)
+    classes.join((np.append(p, certain), np.append(q, r), np.append(not_p ^ not_q, not_r)))
+    four = rows_of(even, 8)
+    numbers, opposite = statements.number(four[:, ::2], four[:, 1::2])
+    roots, odd = _reduced(classes, numbers, opposite.sum(axis=1) % 2 == 1)
+    while len(links := np.flatnonzero((roots[:, 2] < 0) & (roots[:, 0] >= 0))):
+        first, second = roots[links, 0], np.maximum(roots[links, 1], 0)
+        alone = roots[links, 1] < 0
+        classes.join((first, second, odd[links] ^ alone))
+        roots, odd = _reduced(classes, roots, odd)
+    if bool(odd[roots[:, 0] < 0].any()):
         raise ContradictionError
-    return _numbered(classes, pairs, sorted(reduced))
+    kept = roots[:, 0] >= 0
+    return _numbered(classes, statements, roots[kept], odd[kept])
 
 
-def _reduced(classes: _Classes, statements: Iterable[FacePair]) -> tuple[tuple[FacePair, ...], bool]:
-    """An even number of statements as roots, those that occur twice cancelled, and whether an odd number must hold."""
-    odd, count = False, Counter[FacePair]()
-    for x, y in statements:
-        root, opposite = classes.find(x, y)
-        odd ^= opposite
-        count[root] += 1
-    return tuple(sorted(root for root, times in count.items() if times % 2)), odd
+def _reduced(classes: SignedClasses, numbers: Ints, odd: Bools) -> tuple[Ints, Bools]:
+    """Rows (n, 4) of statements of which an even or odd number holds, as roots: without those that occur twice and
+    without what is certain, -1 in their place, the rest first; and whether an odd number of the rest must hold.
+    """
+    there = numbers >= 0
+    roots, opposite = classes.roots(np.where(there, numbers, 0))
+    certain = there & (roots == CERTAIN)
+    odd = odd ^ ((opposite & there).sum(axis=1) % 2 == 1) ^ (certain.sum(axis=1) % 2 == 1)
+    roots = np.where(there & ~certain, roots, -1)
+    for _ in range(2):
+        roots = -np.sort(-roots, axis=1)
+        for k in range(3):
+            twice = roots[:, k] == roots[:, k + 1]
+            roots[twice, k : k + 2] = -1
+    roots = -np.sort(-roots, axis=1)
+    if not len(roots):
+        return roots, odd
+    rows = np.unique(np.column_stack([roots, odd]), axis=0)
+    return rows[:, :4], rows[:, 4] == 1
 
 
-def _numbered(
-    classes: _Classes, pairs: list[FacePair], rows: list[tuple[tuple[FacePair, ...], bool]]
-) -> Equations:
+def _numbered(classes: SignedClasses, statements: _Statements, rows: Ints, odd: Bools) -> Equations:
     """The classes by number, in the order of their first pair."""
-    numbers: dict[FacePair, int] = {}
-    class_of: dict[FacePair, tuple[int, bool]] = {}
-    members: list[list[FacePair]] = []
-    for x, y in pairs:
-        root, opposite = classes.find(x, y)
-        number = numbers.setdefault(root, len(numbers))
-        if number == len(members):
-            members.append([])
-        members[number].append((y, x) if opposite else (x, y))
-        class_of[x, y] = (number, opposite)
-    parities = [(tuple(numbers[root] for root in roots), odd) for roots, odd in rows if len(roots) > 1]
-    watching: list[list[int]] = [[] for _ in members]
+    roots, opposite = classes.roots(np.arange(len(statements.pairs) + 1))
+    firsts, numbers = np.unique(roots, return_inverse=True)
+    x, y = statements.pairs.T
+    below = np.where(opposite[1:, None], statements.pairs[:, ::-1], statements.pairs)
+    order = np.argsort(numbers[1:], kind="stable")
+    ends = np.cumsum(np.bincount(numbers[1:], minlength=len(firsts)))[:-1]
+    sorted_pairs = list(map(tuple, below[order].tolist()))
+    members = [
+        sorted_pairs[start:end]
+        for start, end in zip([0, *ends.tolist()], [*ends.tolist(), len(order)], strict=True)
+    ]
+    codes: list[dict[int, int]] = [{} for _ in range(statements.width)]
+    held = (2 * numbers[1:] + ~opposite[1:]).tolist()
+    for i, j, code in zip(x.tolist(), y.tolist(), held, strict=True):
+        codes[i][j] = code
+        codes[j][i] = code ^ 1
+    parities, watching = _parities(np.where(rows >= 0, numbers[np.maximum(rows, 0)], -1), odd, len(firsts))
+    return Equations(codes, members, parities, watching)
+
+
+def _parities(
+    rows: Ints, odd: Bools, count: int
+) -> tuple[list[tuple[tuple[int, ...], bool]], list[list[int]]]:
+    """The rows as tuples without -1, and for each class the rows that it is in."""
+    parities = [
+        (tuple(n for n in row if n >= 0), o) for row, o in zip(rows.tolist(), odd.tolist(), strict=True)
+    ]
+    watching: list[list[int]] = [[] for _ in range(count)]
     for index, (row, _) in enumerate(parities):
         for number in row:
             watching[number].append(index)
-    fixed = [(numbers[roots[0]], odd) for roots, odd in rows if len(roots) == 1]
-    return Equations(class_of, members, parities, watching, fixed)
+    return parities, watching

@@ -37,8 +37,8 @@ class FlatFaces:
 
     ``outlines`` gives each face's corners (k, 2) after folding, ``mirrored`` whether its back is up, ``spread`` how far
     faces disagree on a vertex at most, ``worst`` the vertex where they do; ``odd`` a vertex of a face that is reached
-    with both sides up, or None; ``walk`` the faces in the order they were reached, each beside one before; ``loose`` a face that no crease
-    joins to the first, or None.
+    with both sides up, or None; ``loose`` the faces
+    that no crease joins to the first.
     """
 
     pattern: CreasePattern
@@ -48,8 +48,7 @@ class FlatFaces:
     spread: float
     worst: int
     odd: int | None
-    walk: Sequence[int]
-    loose: int | None
+    loose: Sequence[int]
 
     @cached_property
     def segments(self) -> Floats:
@@ -101,8 +100,7 @@ def lay_flat(pattern: CreasePattern) -> FlatFaces:
         spread,
         worst,
         _odd_vertex(creases, isometries),
-        list(isometries),
-        next((face for face in faces if face not in isometries), None),
+        [face for face in faces if face not in isometries],
     )
 
 

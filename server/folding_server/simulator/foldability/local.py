@@ -29,18 +29,28 @@ def local_violations(pattern: CreasePattern) -> list[VertexViolation]:
     Maekawa: mountains and valleys differ by two; a crease without direction counts as either. Kawasaki: alternate
     angles add up to half a turn. Marks are not folded and do not count.
     """
-    extent = max(max(c) - min(c) for c in zip(*pattern.vertices_coords, strict=True))
+    found: list[VertexViolation] = []
+    off = OFF * longer_side(pattern)
+    for v, folded in inner_vertices(pattern):
+        found.extend(_maekawa(pattern, v, folded))
+        found.extend(_kawasaki(pattern, v, folded, off))
+    return found
+
+
+def longer_side(pattern: CreasePattern) -> float:
+    """The longer side of the box around a pattern."""
+    xs, ys = zip(*pattern.vertices_coords, strict=True)
+    return float(max(max(xs) - min(xs), max(ys) - min(ys)))
+
+
+def inner_vertices(pattern: CreasePattern) -> Iterator[tuple[int, list[PatternCrease]]]:
+    """The vertices inside the sheet, ascending, with the folded creases that meet there."""
     around: dict[int, list[PatternCrease]] = {}
     for crease in creases_of(pattern):
         for v in crease.edge:
             around.setdefault(v, []).append(crease)
-    outline = _outline(pattern)
-    found: list[VertexViolation] = []
-    for v in sorted(set(around) - outline):
-        folded = [crease for crease in around[v] if crease.folded]
-        found.extend(_maekawa(pattern, v, folded))
-        found.extend(_kawasaki(pattern, v, folded, OFF * extent))
-    return found
+    for v in sorted(set(around) - _outline(pattern)):
+        yield v, [crease for crease in around[v] if crease.folded]
 
 
 def _outline(pattern: CreasePattern) -> set[int]:
@@ -72,15 +82,25 @@ def _kawasaki(
 ) -> Iterator[VertexViolation]:
     if not folded or len(folded) % 2:
         return
-    x, y = pattern.vertices_coords[vertex]
-    ends = [pattern.vertices_coords[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
-    angles = sorted(atan2(v - y, u - x) for u, v in ends)
-    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
+    gaps, shortest = angles_around(pattern, vertex, folded)[1:]
     error = abs(sum(gaps[::2]) - pi)
-    if error > ANGLE + off / min(hypot(u - x, v - y) for u, v in ends):
+    if error > ANGLE + off / shortest:
         yield VertexViolation(
             pattern.name(vertex),
             "Kawasaki",
             f"Alternate angles add up to {sum(gaps[::2]) * 180 / pi:.4g} and {sum(gaps[1::2]) * 180 / pi:.4g} degrees; "
             "both must be 180.",
         )
+
+
+def angles_around(
+    pattern: CreasePattern, vertex: int, folded: Sequence[PatternCrease]
+) -> tuple[list[PatternCrease], list[float], float]:
+    """The creases around a vertex by their angle, the angles from each to the next, and the length of the shortest."""
+    x, y = pattern.vertices_coords[vertex]
+    ends = [pattern.vertices_coords[c.edge[0] if c.edge[1] == vertex else c.edge[1]] for c in folded]
+    turns = [atan2(v - y, u - x) for u, v in ends]
+    order = sorted(range(len(turns)), key=turns.__getitem__)
+    angles = [turns[k] for k in order]
+    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + tau], strict=True)]
+    return [folded[k] for k in order], gaps, min(hypot(u - x, v - y) for u, v in ends)

@@ -3,10 +3,13 @@
 Orders known so far are kept as bit sets per face, so that transitivity through a decided pair is a few set operations.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
+
+from folding_server.simulator.foldability.classes import ContradictionError
 from folding_server.simulator.foldability.constraints import Conditions
-from folding_server.simulator.foldability.equations import ContradictionError, FacePair, equations
+from folding_server.simulator.foldability.equations import CERTAIN, Equations, FacePair, equations
 
 Decision = tuple[int, bool]
 
@@ -15,26 +18,24 @@ class Orders:
     """The layer orders of a pattern; ``decide`` and ``undo`` move through them.
 
     ``value`` holds what each class of statements is, None while open; ``turn`` when it is best decided: a face is laid
-    among all those reached before it, then the next. Raises ContradictionError when made from
+    beside the one that it is joined to, then among all others reached before it, then the next. ``beside`` holds the pair of
+    each class that says so, (face that is laid, other face), and ``joined`` what each face is joined to. Raises ContradictionError when made from
     conditions that leave no order.
     """
 
     def __init__(self, conditions: Conditions) -> None:
-        self.equations = equations(conditions.pairs, conditions.equal, conditions.even)
+        self.equations = equations(conditions.pairs, conditions.equal, conditions.even, conditions.known)
         self.cells = conditions.cells
+        self.bit = [1 << face for face in range(conditions.faces)]
         self.touching = [0] * conditions.faces
-        for i, j in conditions.pairs:
-            self.touching[i] |= 1 << j
-            self.touching[j] |= 1 << i
+        for x, codes in enumerate(self.equations.codes):
+            self.touching[x] = _bit_set(codes, conditions.faces)
         self.over, self.under = [0] * conditions.faces, [0] * conditions.faces
-        self.turn = [
-            min(sorted((conditions.reached[x], conditions.reached[y]), reverse=True) for x, y in members)
-            for members in self.equations.members
-        ]
+        self.turn, self.beside = _turns(self.equations, conditions)
+        self.joined = conditions.beside or (-1,) * conditions.faces
         self.value: list[bool | None] = [None] * len(self.equations.members)
         self.trail: list[int] = []
-        given = [self.equations.literal(x, y) for x, y in conditions.known]
-        if not all(self.decide(*decision) for decision in (*self.equations.fixed, *given)):
+        if not self.decide(CERTAIN, value=True):
             raise ContradictionError
 
     def decide(self, number: int, value: bool) -> bool:
@@ -47,14 +48,54 @@ class Orders:
                 self.value[number] = value
                 self.trail.append(number)
                 waiting.extend(self._by_parity(number))
-                for x, y in self._statements(number):
-                    self.over[x] |= 1 << y
-                    self.under[y] |= 1 << x
-                for x, y in self._statements(number):
-                    waiting.extend(self._by_transitivity(x, y))
+                if not self._lay(self._statements(number), waiting):
+                    return False
             elif held != value:
                 return False
         return True
+
+    def _lay(self, statements: Sequence[FacePair], waiting: list[Decision]) -> bool:
+        """Note what a class says and append what follows from it by transitivity. False if that contradicts what is known."""
+        over, under, bit = self.over, self.under, self.bit
+        for x, y in statements:
+            over[x] |= bit[y]
+            under[y] |= bit[x]
+        for x, y in statements:
+            above, below = over[y] & self.touching[x] & ~over[x], under[x] & self.touching[y] & ~under[y]
+            if (above or below) and not self._close(x, y, above, below, waiting):
+                return False
+        return True
+
+    def _close(self, x: int, y: int, above: int, below: int, waiting: list[Decision]) -> bool:
+        """Append what follows from x below y for the faces above y and below x that share a cell with both."""
+        value, cells, codes = self.value, self.cells, self.equations.codes
+        both = cells[x] & cells[y]
+        followed = [codes[x][z] for z in bits(above) if both & cells[z]]
+        followed += [codes[z][y] for z in bits(below) if both & cells[z]]
+        for code in followed:
+            held = value[code >> 1]
+            if held is None:
+                waiting.append((code >> 1, bool(code & 1)))
+            elif held != code & 1:
+                return False
+        return True
+
+    def likely(self, number: int) -> bool:
+        """The value to try first of an open class: the face that is laid goes next to the one it is joined to.
+
+        Above it, if the two are what the class is about; else it lies to any face as that one does. A strip folds into an
+        accordion that way, a map row by row.
+        """
+        laid, other = self.beside[number]
+        joined = self.joined[laid]
+        code = self.equations.codes[other][laid]
+        if joined >= 0 and joined != other:
+            same = self.equations.codes[other].get(joined)
+            held = None if same is None else self.value[same >> 1]
+            if same is not None and held is not None:
+                below = held == bool(same & 1)
+                return below == bool(code & 1)
+        return bool(code & 1)
 
     def undo(self, length: int) -> None:
         """Take back decisions until the trail has this length."""
@@ -99,17 +140,6 @@ class Orders:
                 elif held != odd:
                     yield number, not self.value[number]
 
-    def _by_transitivity(self, x: int, y: int) -> Iterator[Decision]:
-        """What follows from x below y for the faces that share a cell with both."""
-        literal, cells = self.equations.literal, self.cells
-        both = cells[x] & cells[y]
-        for z in bits(self.over[y] & self.touching[x] & ~self.over[x]):
-            if both & cells[z]:
-                yield literal(x, z)
-        for z in bits(self.under[x] & self.touching[y] & ~self.under[y]):
-            if both & cells[z]:
-                yield literal(z, y)
-
     def _in_triples(self, x: int, y: int) -> Iterator[int]:
         """The classes of the two other pairs of each triple with x and y that transitivity still says something about."""
         known_x, known_y = self.over[x] | self.under[x], self.over[y] | self.under[y]
@@ -126,3 +156,26 @@ def bits(mask: int) -> Iterator[int]:
         lowest = mask & -mask
         yield lowest.bit_length() - 1
         mask ^= lowest
+
+
+def _bit_set(numbers: Iterable[int], size: int) -> int:
+    """A bit set of numbers below a size."""
+    held = np.zeros(size, bool)
+    held[list(numbers)] = True
+    return int.from_bytes(np.packbits(held, bitorder="little").tobytes(), "little")
+
+
+def _turns(equations: Equations, conditions: Conditions) -> tuple[list[tuple[int, int]], list[FacePair]]:
+    """For each class when it is best decided, and of its pairs the one that says so: (face that is laid, other face)."""
+    reached, joined = conditions.reached, conditions.beside or (-1,) * conditions.faces
+    turns, pairs = [], []
+    for members in equations.members:
+        best, pair = (conditions.faces, 0), (0, 0)
+        for x, y in members:
+            laid, other = (x, y) if reached[x] > reached[y] else (y, x)
+            turn = (reached[laid], -1 if joined[laid] == other else reached[other])
+            if turn < best:
+                best, pair = turn, (laid, other)
+        turns.append(best)
+        pairs.append(pair)
+    return turns, pairs

@@ -1,14 +1,15 @@
 """A crease pattern as a record: what foldability is asked of."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
 
 from folding_server.errors import ProgramError
-from folding_server.geometry.graph import Cycle, Edge
+from folding_server.geometry.graph import Cycle, Edge, edge_faces, edge_of, sides
 from folding_server.geometry.line import Point
 from folding_server.geometry.planar import boundary_cycles
+from folding_server.simulator.foldability.fault import FilePlace
 from folding_server.simulator.paper import Paper
 
 Assignment = Literal["B", "M", "V", "F", "U"]
@@ -16,6 +17,36 @@ Assignment = Literal["B", "M", "V", "F", "U"]
 
 ASSIGNMENTS: Mapping[str, Assignment] = {assignment: assignment for assignment in get_args(Assignment)}
 """Every assignment of a pattern by itself, to check and narrow plain strings with."""
+
+
+@dataclass(frozen=True)
+class FileAxes:
+    """How coordinates of a sheet stand in a file: (x, y) is ``origin`` + x ``right`` + y ``up``, in two or three dimensions."""
+
+    origin: FilePlace
+    right: FilePlace
+    up: FilePlace
+
+    def place(self, point: Point) -> FilePlace:
+        """Where the file has a point."""
+        return tuple(
+            o + point[0] * a + point[1] * b for o, a, b in zip(self.origin, self.right, self.up, strict=True)
+        )
+
+
+Y_DOWN = FileAxes((0.0, 0.0), (1.0, 0.0), (0.0, -1.0))
+"""The axes of drawings on a screen."""
+
+
+@dataclass(frozen=True)
+class JoinedEnd:
+    """An end of a line that missed what it was meant to meet: where it was, where it is, on the sheet, and how far that is
+    in units of the sheet's longer side.
+    """
+
+    before: Point
+    after: Point
+    gap: float
 
 
 @dataclass(frozen=True)
@@ -27,6 +58,9 @@ class CreasePattern:
     ``edges_assignment``   one for each edge
     ``faces_vertices``     boundary cycles of indices of vertices; empty if they are to be found from the edges
     ``names``              what each vertex is called in messages; its index if empty
+    ``axes``               where the file that it was read from has a point; the same coordinates if None
+    ``joined``             ends of lines that were moved onto what they missed
+    ``notes``              sentences on what else was read otherwise than it stands in the file
     """
 
     vertices_coords: tuple[Point, ...]
@@ -34,6 +68,9 @@ class CreasePattern:
     edges_assignment: tuple[Assignment, ...]
     faces_vertices: tuple[Cycle, ...] = ()
     names: tuple[int, ...] = ()
+    axes: "FileAxes | None" = None
+    joined: "tuple[JoinedEnd, ...]" = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.edges_assignment) != len(self.edges_vertices):
@@ -58,11 +95,37 @@ class CreasePattern:
     @cached_property
     def cycles(self) -> tuple[Cycle, ...]:
         """The faces, each counter-clockwise: as given, else found from the edges."""
-        return boundary_cycles(self.vertices_coords, self.edges_vertices, self.faces_vertices)
+        if self.faces_vertices:
+            return boundary_cycles(self.vertices_coords, self.edges_vertices, self.faces_vertices)
+        return faces_of_sheet(self.vertices_coords, self.edges_vertices, self.edges_assignment)
+
+    def place(self, vertex: int) -> FilePlace:
+        """Where the file has a vertex."""
+        return self.place_of(self.vertices_coords[vertex])
+
+    def place_of(self, point: Point) -> FilePlace:
+        """Where the file has a point of the sheet."""
+        return self.axes.place(point) if self.axes else tuple(point)
 
     def name(self, vertex: int) -> int:
         """What a vertex is called in messages."""
         return self.names[vertex] if self.names else vertex
+
+
+def faces_of_sheet(
+    vertices: Sequence[Point], edges: Sequence[Edge], assignments: Sequence[str]
+) -> tuple[Cycle, ...]:
+    """The faces that edges enclose, counter-clockwise, without holes: a hole has an edge of the sheet on every side and paper
+    beyond each.
+    """
+    cycles = boundary_cycles(vertices, edges, ())
+    beside = edge_faces(dict(enumerate(cycles)))
+    border = {edge_of(*edge) for edge, letter in zip(edges, assignments, strict=True) if letter == "B"}
+    return tuple(
+        cycle
+        for cycle in cycles
+        if not all(edge_of(*side) in border and len(beside[edge_of(*side)]) == 2 for side in sides(cycle))
+    )
 
 
 def pattern_of(paper: Paper) -> CreasePattern:

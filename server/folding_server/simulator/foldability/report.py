@@ -1,29 +1,47 @@
 """Is a crease pattern flat-foldable, how, and in how many ways."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
+from typing import Literal
 
-from folding_server.geometry.planar import crossing_edges
-from folding_server.geometry.tolerance import TOLERANCE
-from folding_server.simulator.foldability.constraints import assigned_orders, conditions
-from folding_server.simulator.foldability.equations import ContradictionError, FacePair
-from folding_server.simulator.foldability.flat_faces import (
-    FOLDED_ASSIGNMENTS,
-    FlatFaces,
-    creases_of,
-    lay_flat,
-)
+import shapely
+
+from folding_server.simulator.foldability.big_little_big import big_little_big
+from folding_server.simulator.foldability.classes import ContradictionError
+from folding_server.simulator.foldability.conflict import conflicting_faces
+from folding_server.simulator.foldability.constraints import Conditions, assigned_orders, conditions_of
+from folding_server.simulator.foldability.equations import FacePair
+from folding_server.simulator.foldability.fault import Fault, said
+from folding_server.simulator.foldability.flat_faces import FlatFaces, lay_flat
 from folding_server.simulator.foldability.local import VertexViolation, local_violations
 from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
+from folding_server.simulator.foldability.planarity import does_not_close, not_a_pattern
 from folding_server.simulator.foldability.search import count_orders, first_order
+from folding_server.simulator.foldability.tolerances import contacts_to_try
 from folding_server.simulator.paper import Paper
 
 CAP = 1000
-"""How many layer orders are counted by default."""
+"""How many layer orders of each part are counted by default."""
 CLOSING = 1e-3
 """How far faces may disagree on a folded vertex, in units of the sheet's longer side."""
+NAMED = 6
+"""Faces that a sentence names the places of."""
+
+
+@dataclass(frozen=True)
+class Counting:
+    """How layer orders are counted, once one is found.
+
+    ``cap``       orders counted of each part that does not depend on the others, None for all
+    ``seconds``   how long, None for as long as it takes
+    ``announce``  told after each part how many of how many questions are done, and the product so far
+    """
+
+    cap: int | None = CAP
+    seconds: float | None = None
+    announce: Callable[[int, int, int], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -32,11 +50,12 @@ class FoldabilityReport:
 
     ``reason``      one sentence
     ``violations``  vertices at which Maekawa or Kawasaki fails
-    ``states``      layer orders found, at most the cap; an order says which of two faces lies higher for every pair of
-                    faces that overlap, with the first face front up
+    ``states``      layer orders found; an order says which of two faces lies higher for every pair of faces that overlap, with
+                    the first face front up. The product over parts that do not depend on each other, each counted up to the cap
     ``capped``      whether there may be more
     ``lying``       one layer order as pairs (lower, upper) of overlapping faces
     ``stack``       all faces bottom to top in agreement with ``lying``; None if that goes in a circle, or not foldable
+    ``faults``      all that keeps it from folding flat, with places
     Faces are indices into the pattern's cycles, or the ids of a paper's faces.
     """
 
@@ -47,97 +66,123 @@ class FoldabilityReport:
     capped: bool = False
     lying: tuple[FacePair, ...] = ()
     stack: tuple[int, ...] | None = None
+    faults: tuple[Fault, ...] = ()
 
 
-def check_pattern(pattern: CreasePattern, cap: int = CAP) -> FoldabilityReport:
+def check_pattern(
+    pattern: CreasePattern, cap: int | None = CAP, *, counting: Counting | None = None
+) -> FoldabilityReport:
     """Whether a pattern folds flat with every crease folded: first vertex by vertex, then faces, then layers.
 
-    ``cap`` bounds the number of layer orders that are counted; 1 asks for one order only.
+    ``cap`` bounds the number of layer orders that are counted of each part; 1 asks for one order only. ``counting`` says
+    more about how they are counted.
     """
-    refused = next(_not_a_pattern(pattern), None)
-    if refused:
-        return FoldabilityReport(foldable=False, reason=refused)
+    faults = not_a_pattern(pattern)
+    if faults:
+        return _refused(faults[0].detail + _and_more(len(faults) - 1, "fault"), faults)
     violations = tuple(local_violations(pattern))
     if violations:
-        first = violations[0]
-        more = f" and {len(violations) - 1} more vertices" if len(violations) > 1 else ""
-        reason = f"{first.condition} fails at vertex {first.vertex}{more}: {first.detail}"
-        return FoldabilityReport(foldable=False, reason=reason, violations=violations)
+        faults = [_fault_of(pattern, violation) for violation in violations]
+        return replace(_refused(_at_vertices(faults), faults), violations=violations)
     flat = lay_flat(pattern)
-    refused = next(_does_not_close(flat), None)
-    if refused:
-        return FoldabilityReport(foldable=False, reason=refused)
-    return _layered(flat, cap)
+    faults = list(does_not_close(flat, CLOSING))
+    if faults:
+        return _refused(faults[0].detail + _and_more(len(faults) - 1, "fault"), faults)
+    faults = big_little_big(pattern)
+    if faults:
+        return _refused(_at_vertices(faults), faults)
+    return _layered(flat, counting or Counting(cap))
 
 
-def check_paper(paper: Paper, cap: int = CAP) -> FoldabilityReport:
+def check_paper(
+    paper: Paper, cap: int | None = CAP, *, counting: Counting | None = None
+) -> FoldabilityReport:
     """Whether the crease pattern of a paper folds flat; faces of the report are the paper's."""
-    report = check_pattern(pattern_of(paper), cap)
+    report = check_pattern(pattern_of(paper), cap, counting=counting)
     ids = sorted(paper.faces)
     lying = tuple((ids[x], ids[y]) for x, y in report.lying)
     return replace(report, lying=lying, stack=report.stack and tuple(ids[face] for face in report.stack))
 
 
-def _not_a_pattern(pattern: CreasePattern) -> Iterator[str]:
-    """Why a graph is no crease pattern of one sheet."""
-    if not pattern.edges_vertices or not pattern.cycles:
-        yield "The pattern has no face: its edges enclose nothing."
-        return
-    crossing = crossing_edges(pattern.vertices_coords, pattern.edges_vertices)
-    if crossing:
-        first, second = (_edge_name(pattern, pattern.edges_vertices[i]) for i in crossing)
-        yield f"Edges {first} and {second} meet without a common vertex, so the pattern is not planar."
-    joined = {crease.edge for crease in creases_of(pattern)}
-    for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
-        if assignment in FOLDED_ASSIGNMENTS and edge not in joined:
-            yield f"Crease {_edge_name(pattern, edge)} ({assignment}) does not lie between two faces, so it cannot be folded."
+def _refused(reason: str, faults: Iterable[Fault]) -> FoldabilityReport:
+    return FoldabilityReport(foldable=False, reason=reason, faults=tuple(faults))
 
 
-def _edge_name(pattern: CreasePattern, edge: tuple[int, int]) -> str:
-    return f"{pattern.name(edge[0])}-{pattern.name(edge[1])}"
+def _and_more(count: int, kind: Literal["fault", "vertex"]) -> str:
+    """The end of a sentence about the first of several."""
+    if not count:
+        return ""
+    words = {"fault": ("fault", "faults"), "vertex": ("vertex", "vertices")}[kind][count > 1]
+    return (
+        f" and {count} more {words}"
+        if kind == "vertex"
+        else f" There {'are' if count > 1 else 'is'} {count} more {words}."
+    )
 
 
-def _does_not_close(flat: FlatFaces) -> Iterator[str]:
-    """Why the faces cannot all lie flat without tearing."""
-    if flat.loose is not None:
-        names = [flat.pattern.name(v) for v in flat.pattern.cycles[flat.loose]]
-        yield f"The face {names} is not joined to the rest, so this is more than one sheet."
-    if flat.odd is not None:
-        yield f"Around vertex {flat.pattern.name(flat.odd)} an odd number of creases is folded, so faces meet wrong side up."
-    if flat.spread > CLOSING:
-        yield (
-            f"The faces do not close up: folded, they are {flat.spread:.3g} of the sheet's side apart at vertex "
-            f"{flat.pattern.name(flat.worst)} (allowed {CLOSING:g})."
-        )
+def _fault_of(pattern: CreasePattern, violation: VertexViolation) -> Fault:
+    vertex = pattern.names.index(violation.vertex) if pattern.names else violation.vertex
+    return Fault(violation.condition, violation.detail, (violation.vertex,), (pattern.place(vertex),))
 
 
-def tolerances(flat: FlatFaces) -> Sequence[float]:
-    """What layers may reach into each other: the simulator's tolerance, or what the faces disagree by if that is more.
+def _at_vertices(faults: Sequence[Fault]) -> str:
+    """The first fault of a vertex in words, and how many other vertices have one."""
+    first = faults[0]
+    others = len({fault.vertices for fault in faults}) - 1
+    return (
+        f"{first.kind} fails at vertex {first.vertices[0]} at {said(first.places[0])}{_and_more(others, 'vertex')}: "
+        f"{first.detail}"
+    )
 
-    Whether edges that almost coincide count as one line depends on it, so a pattern is foldable if this, a finer or a
-    coarser one finds an order; on patterns without near coincidences all agree.
-    """
-    first = max(TOLERANCE, 2 * flat.spread)
-    return first, first / 4, 3 * first
 
-
-def _layered(flat: FlatFaces, cap: int) -> FoldabilityReport:
-    for tolerance in tolerances(flat):
+def _layered(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
+    tried: Conditions | None = None
+    for contacts in contacts_to_try(flat):
+        given = conditions_of(contacts)
+        tried = tried or given
         try:
-            orders = Orders(conditions(flat, tolerance))
+            orders = Orders(given)
         except ContradictionError:
             continue
         decided = len(orders.trail)
         if first_order(orders):
-            lying = tuple(orders.lying())
-            orders.undo(decided)
-            states, capped = count_orders(orders, cap)
-            count = f"{'at least ' if capped else ''}{states} layer order{'s' * (states > 1)}"
-            return FoldabilityReport(
-                True, f"The pattern folds flat: {count}.", (), states, capped, lying, _stack(flat, lying)
-            )
-    return FoldabilityReport(
-        foldable=False, reason="Every vertex folds flat, but no order of the layers avoids crossings."
+            return _counted(flat, orders, decided, counting)
+    assert tried is not None
+    fault = _layer_conflict(flat, conflicting_faces(tried))
+    return _refused(fault.detail, [fault])
+
+
+def _counted(flat: FlatFaces, orders: Orders, decided: int, counting: Counting) -> FoldabilityReport:
+    """The report on a pattern of which one order was found; ``decided`` is how much was decided before."""
+    lying = tuple(orders.lying())
+    orders.undo(decided)
+    states, capped = count_orders(orders, counting.cap, counting.seconds, counting.announce)
+    count = f"{'at least ' if capped else ''}{states} layer order{'s' * (states > 1)}"
+    stack = _stack(flat, lying)
+    return FoldabilityReport(True, f"The pattern folds flat: {count}.", (), states, capped, lying, stack)
+
+
+def _layer_conflict(flat: FlatFaces, faces: Sequence[int]) -> Fault:
+    """The fault of faces that have no order, named by a place inside each."""
+    pattern = flat.pattern
+    middles = [
+        shapely.point_on_surface(shapely.Polygon([pattern.vertices_coords[v] for v in pattern.cycles[face]]))
+        for face in faces
+    ]
+    places = tuple(pattern.place_of((p.x, p.y)) for p in middles)
+    named = ", ".join(map(said, places[:NAMED])) + (
+        f" and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    )
+    outlines = [[pattern.place(v) for v in pattern.cycles[face]] for face in faces]
+    return Fault(
+        "layers",
+        "Maekawa, Kawasaki and big-little-big hold at every vertex, but no order of the layers avoids crossings: there is none for "
+        f"the faces around {named}.",
+        (),
+        places,
+        tuple(
+            (p, q) for outline in outlines for p, q in zip(outline, (*outline[1:], outline[0]), strict=True)
+        ),
     )
 
 

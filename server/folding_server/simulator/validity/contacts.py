@@ -4,15 +4,21 @@ Lengths in one unit; everything is shrunk by a tolerance, so that what reaches i
 touch it, and points that nearly coincide need not be merged.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import shapely
 
-from folding_server.arrays import Bools, Floats, Geometries, Indices, Ints
+from folding_server.arrays import Floats, Geometries, Indices, Ints
+from folding_server.simulator.validity.half_planes import half_planes, lengths_inside
+from folding_server.simulator.validity.near_lines import nearly_collinear
 
 PARALLEL = 0.02
 """Largest angle, in radians, between two edges that lie along one line."""
 SHARED = 4.0
 """How many tolerances two edges must run along each other to count."""
+FEW_CELLS = 3000
+"""Up to so many sets of faces, each is compared with each: the comparison takes 36 MB."""
 STRIP_HALF_WIDTH = 1e3
 """Half the width of a strip across an edge: more than any sheet measures."""
 
@@ -33,8 +39,14 @@ def through(segments: Floats, outlines: Geometries, tolerance: float) -> Indices
     """(2, k): edge i runs through the inside of face j for more than the tolerance."""
     cores = shrunk(outlines, tolerance)
     lines = np.asarray(shapely.linestrings(segments))
-    edge, face = shapely.STRtree(cores).query(lines, predicate="intersects")
-    long = shapely.length(shapely.intersection(lines[edge], cores[face])) > tolerance
+    edge, face = shapely.STRtree(cores).query(lines)
+    planes = half_planes(outlines)
+    convex = ~np.isnan(planes[face, 0, 2])
+    long = np.zeros(len(edge), bool)
+    inside = lengths_inside(segments[edge[convex]], face[convex], planes, tolerance)
+    long[convex] = inside > tolerance
+    others = np.flatnonzero(~convex)
+    long[others] = shapely.length(shapely.intersection(lines[edge[others]], cores[face[others]])) > tolerance
     return np.stack([edge[long], face[long]])
 
 
@@ -44,9 +56,7 @@ def along(segments: Floats, tolerance: float) -> tuple[Indices, Ints]:
     The shorter lies within the tolerance of the longer's line and is parallel to it; edges so short that the tolerance
     alone could make them parallel do not count.
     """
-    lines = np.asarray(shapely.linestrings(segments))
-    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=tolerance)
-    pairs = pairs[:, pairs[0] < pairs[1]]
+    pairs = nearly_collinear(segments, tolerance, PARALLEL, SHARED * tolerance)
     vectors = segments[:, 1] - segments[:, 0]
     length = np.hypot(*vectors.T)
     long, short = np.where(length[pairs[0]] >= length[pairs[1]], pairs, pairs[::-1])
@@ -79,26 +89,65 @@ def meet_across(outlines: Geometries, stretch: Floats, tolerance: float) -> bool
     return not bool(shapely.is_empty(shapely.buffer(common, -tolerance / 2, join_style="mitre")))
 
 
-def cells(outlines: Geometries, tolerance: float) -> Bools:
-    """(n, c): which faces cover each cell of the arrangement of all outlines, cells thinner than the tolerance left out.
-
-    Cells covered by the same faces, or by some of the faces that cover another, are given once.
+def covering_faces(outlines: Geometries, tolerance: float) -> list[tuple[int, ...]]:
+    """The sets of two or more faces that cover a cell of the arrangement of all outlines, each once; cells thinner than the
+    tolerance are left out.
     """
-    rings = shapely.get_exterior_ring(outlines)
-    network = shapely.unary_union(rings, grid_size=tolerance / 8)
+    network = shapely.unary_union(_sides(outlines, tolerance / 8), grid_size=tolerance / 8)
     found = shapely.get_parts(shapely.polygonize([network]))
     cores = shrunk(found, tolerance / 2)
     inside = shapely.point_on_surface(cores[~shapely.is_empty(cores)])
     face, cell = shapely.STRtree(inside).query(outlines, predicate="contains")
-    cover = np.zeros((len(outlines), len(inside)), bool)
-    cover[face, cell] = True
-    return _largest(np.unique(cover, axis=1))
+    return _distinct(face, cell, len(inside))
 
 
-def _largest(cover: Bools) -> Bools:
-    """The columns that are not contained in another column."""
+def cell_sets(outlines: Geometries, tolerance: float) -> list[int]:
+    """For each face a bit set of the cells it shares with others (``covering_faces``), without those covered by some of the
+    faces that cover another where there are few cells.
+    """
+    covers = covering_faces(outlines, tolerance)
+    if len(covers) <= FEW_CELLS:
+        covers = _largest(covers, len(outlines))
+    return _bit_sets(covers, len(outlines))
+
+
+def _sides(outlines: Geometries, grid: float) -> Geometries:
+    """The sides of all outlines on a grid, those that coincide once: neighbours share a side, and layers lie on layers."""
+    corners, face = shapely.get_coordinates(outlines, return_index=True)
+    on_grid = np.round(corners / grid).astype(np.int64)
+    follows = face[1:] == face[:-1]
+    ends = np.stack([on_grid[:-1][follows], on_grid[1:][follows]], axis=1)
+    turned = (ends[:, 0, 0] > ends[:, 1, 0]) | (
+        (ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1])
+    )
+    ends[turned] = ends[turned][:, ::-1]
+    distinct = np.unique(ends.reshape(-1, 4), axis=0).reshape(-1, 2, 2)
+    return np.asarray(shapely.linestrings(distinct * grid))
+
+
+def _bit_sets(covers: list[tuple[int, ...]], faces: int) -> list[int]:
+    """For each face the numbers of the sets that it is in, as a bit set."""
+    face = np.array([each for cover in covers for each in cover], int)
+    number = np.repeat(np.arange(len(covers)), [len(cover) for cover in covers])
+    packed = np.zeros((faces, len(covers) // 8 + 1), np.uint8)
+    np.bitwise_or.at(packed, (face, number >> 3), (1 << (number & 7)).astype(np.uint8))
+    return [int.from_bytes(row.tobytes(), "little") for row in packed]
+
+
+def _distinct(face: Indices, cell: Indices, cells: int) -> list[tuple[int, ...]]:
+    """The sets of two or more faces that cover a cell, each once; all other faces alone need no order."""
+    order = np.lexsort((face, cell))
+    starts = np.searchsorted(cell[order], np.arange(cells + 1)).tolist()
+    sorted_faces = face[order].tolist()
+    found = {tuple(sorted_faces[i:j]) for i, j in pairwise(starts)}
+    return sorted(faces for faces in found if len(faces) > 1)
+
+
+def _largest(covers: list[tuple[int, ...]], faces: int) -> list[tuple[int, ...]]:
+    """The sets that are not contained in another."""
+    cover = np.zeros((faces, len(covers)), np.float32)
+    for number, each in enumerate(covers):
+        cover[list(each), number] = 1
     counts = cover.sum(axis=0)
-    common = cover.T.astype(np.float32) @ cover.astype(np.float32)
-    contained = (common >= counts[:, None]) & (counts[None, :] > counts[:, None])
-    kept: Bools = cover[:, ~contained.any(axis=1)]
-    return kept
+    contained = (cover.T @ cover >= counts[:, None]) & (counts[None, :] > counts[:, None])
+    return [each for each, within in zip(covers, contained.any(axis=1).tolist(), strict=True) if not within]

@@ -1,0 +1,1 @@
+"""Whether a mesh is one folded square sheet: pieces, layers, stretch, flat-foldability, crossings."""

@@ -1,0 +1,1 @@
+"""Instructions in words: each move named by what it aligns, in several languages, and the English read back."""
