@@ -39,8 +39,7 @@ def folded(*actions: AddVertex | Fold) -> Paper:
 def test_the_folded_paper_tells_where_the_camera_stood(standpoint: Standpoint) -> None:
     paper = folded(*KITE)
     eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(paper, standpoint)]))
-    view = eyes.picture(2)
-    assert view is not None
+    (view,) = eyes.pictures(2)
     camera = estimates([face_stack(paper)], view)[0].camera
     corners = np.array(list(paper.folded_vertices_coords.values()))
     found, true = camera.pose(view.frame).to_photo(corners), standpoint.pixels(corners)

@@ -45,14 +45,14 @@ def compare_with_photo(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison:
 
 def _under_own_camera(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison | None:
     """The comparison under the camera that shows the paper best; None if the photo shows no paper."""
-    view = eyes.picture(frame)
     stack = face_stack(paper)
-    found = estimates([stack], view) if view is not None else []
-    if view is None or not found:
+    found = [(view, e) for view in eyes.pictures(frame) for e in estimates([stack], view)[:1]]
+    if not found:
         return None
+    view, estimate = max(found, key=lambda pair: pair[1].value)
     points = np.array([p for outline in stack.outlines for p in outline])
     low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
-    pose = found[0].camera.pose(view.frame)
+    pose = estimate.camera.pose(view.frame)
     own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
     seen = replace(own.frame(frame), scales=(1.0, 1.0))
-    return PhotoComparison(compare(paper, seen), seen, own, found[0])
+    return PhotoComparison(compare(paper, seen), seen, own, estimate)

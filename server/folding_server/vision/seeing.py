@@ -112,7 +112,7 @@ class Eyes:
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
     _others: dict[tuple[Pose, Reach], "Eyes"] = field(default_factory=dict, repr=False, compare=False)
-    _pictures: dict[int, PictureView | None] = field(default_factory=dict, repr=False, compare=False)
+    _pictures: dict[int, tuple[PictureView, ...]] = field(default_factory=dict, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
 
@@ -131,8 +131,8 @@ class Eyes:
             self._others[key] = Eyes(self.photos, pose, anywhere(self.palette), NEW_CAMERA, reach=reach)
         return self._others[key]
 
-    def picture(self, number: int) -> PictureView | None:
-        """A photo in its own coordinates, whatever the camera; None if it shows no paper."""
+    def pictures(self, number: int) -> tuple[PictureView, ...]:
+        """A photo in its own coordinates, whatever the camera, one view for each piece that may be the sheet."""
         if number not in self._pictures:
             _drop_oldest(self._pictures, FRAMES_KEPT)
             self._pictures[number] = look(self.photos.photo(number), self.palette)

@@ -107,7 +107,7 @@ def _solved(
     change = np.linalg.solve(normal, gradient)
     limit = np.array([0.2, 0.2, 0.2, 0.2, 0.15, 0.15])
     change *= min(1.0, float((limit / np.maximum(np.abs(change), 1e-12)).min()))
-    vector: Vector = tuple(float(v) for v in start + change)
+    vector: Vector = tuple((start + change).tolist())
     return camera.moved(vector)
 
 

@@ -123,10 +123,10 @@ def camera_cost(camera: Camera, before: Camera | None) -> float:
     """What a camera costs after that of the photo before, in shares of the paper."""
     if before is None:
         return tilt_cost(camera)
-    size = camera.size - before.size
+    size = float(camera.size - before.size)
     beyond = max(0.0, size - log(NEAREST), log(FARTHEST) - size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
-    return tilt_cost(camera) + SIZE_COST * beyond + ROLL_COST * turned / pi
+    return tilt_cost(camera) + SIZE_COST * float(beyond) + ROLL_COST * turned / pi
 
 
 SeenFaces = list[tuple[bool, Floats]]

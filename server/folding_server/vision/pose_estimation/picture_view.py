@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from folding_server.arrays import Floats, Mask, RgbImage
+from folding_server.vision.adapting import adapt
 from folding_server.vision.appearance import ColourModels, Look
 from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
 from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
 from folding_server.vision.pose_estimation.pinhole import PictureFrame
-from folding_server.vision.segmentation import segment
+from folding_server.vision.segmentation import class_costs, segment, smoothed_lab
 from folding_server.vision.surfaces import Surface
 
 FIRST_LOOK = 96.0
@@ -21,6 +23,10 @@ AROUND = 0.35
 """How far around the paper the second look goes, in shares of its extent: light and colour of the table are told there."""
 LEAST_AROUND = 0.1
 """The same at least, in picture units."""
+LIKE_PAPER = 12.0
+"""Cost, in nats, up to which a pixel may be paper in other light: as far as light is adapted to."""
+LEAST_SHARE, MOST_PIECES = 0.2, 3
+"""Pieces of less than the first share of the largest are not the sheet; so many are looked at."""
 NOTHING_SEEN = 30
 """Pixels of paper at the first look below which there is none."""
 
@@ -33,19 +39,40 @@ class PictureView:
     scene: Scene
 
 
-def look(photo: RgbImage, palette: ColourModels) -> PictureView | None:
-    """The view of a photo (rows, cols, 3), as finely as its paper needs; None if no paper is seen."""
+def look(photo: RgbImage, palette: ColourModels) -> tuple[PictureView, ...]:
+    """The views of a photo (rows, cols, 3), each as finely as its paper needs: one for each piece that has the colours of the
+    sheet and may be it, the largest first. Empty if there is none.
+    """
     frame = PictureFrame(photo.shape[1], photo.shape[0])
-    spread = anywhere(palette)
+    anywhere_palette = anywhere(palette)
     grid = grid_over(FIRST_LOOK, FIELD_OF_VIEW)
-    paper = is_paper(_labels(photo, frame, grid, spread))
-    if np.count_nonzero(paper) < NOTHING_SEEN:
-        return None
-    closer = _around(paper, grid, frame)
-    labels = _labels(photo, frame, closer, spread)
-    if not is_paper(labels).any():
-        return None
-    return PictureView(frame, Scene(closer, labels, palette.back is not None))
+    views = []
+    for piece in _pieces(photo, frame, grid, anywhere_palette):
+        closer = _around(piece, grid, frame)
+        labels = _labels(photo, frame, closer, anywhere_palette)
+        own = _only(labels, closer, piece, grid)
+        if is_paper(own).any():
+            views.append(PictureView(frame, Scene(closer, own, palette.back is not None)))
+    return tuple(views)
+
+
+def _pieces(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourModels) -> list[Mask]:
+    """Where there is something with the colours of the sheet: pieces by falling size, whole ones before those cut off."""
+    rgb, seen = frame.pose.rectify(photo, grid)
+    lab = smoothed_lab(rgb)
+    costs = class_costs(lab, grid, adapt(lab, seen, grid, palette))
+    like = (costs.argmin(axis=-1) > 0) & (costs.min(axis=-1) < LIKE_PAPER) & seen
+    whole = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, numbered, stats, _ = cv2.connectedComponentsWithStats(whole)
+    sizes = stats[1:, cv2.CC_STAT_AREA]
+    if not len(sizes) or sizes.max() < NOTHING_SEEN:
+        return []
+    large = np.nonzero(sizes >= max(NOTHING_SEEN, LEAST_SHARE * sizes.max()))[0]
+    beyond = cv2.dilate((~seen).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    beyond[[0, 1, -1, -2]] = beyond[:, [0, 1, -1, -2]] = True
+    cut = [bool((beyond & (numbered == 1 + i)).any()) for i in large]
+    order = sorted(zip(cut, -sizes[large], large, strict=True))
+    return [np.asarray(numbered == 1 + i) for _, _, i in order[:MOST_PIECES]]
 
 
 def _labels(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourModels) -> LabelImage:
@@ -54,6 +81,14 @@ def _labels(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourMod
     labels = found.shares.argmax(axis=-1).astype(np.uint8)
     labels[found.unknown] = UNKNOWN
     return np.asarray(labels)
+
+
+def _only(labels: LabelImage, closer: Grid, piece: Mask, grid: Grid) -> LabelImage:
+    """The labels with what is no part of a piece taken for something that hides the table."""
+    cols, rows = np.meshgrid(np.arange(closer.cols), np.arange(closer.rows))
+    places = closer.to_plane(np.stack([cols, rows], axis=-1))
+    there = grid.under(places, cv2.dilate(piece.astype(np.uint8), np.ones((5, 5), np.uint8))) > 0
+    return np.asarray(np.where(is_paper(labels) & ~there, UNKNOWN, labels), np.uint8)
 
 
 def _around(paper: Mask, grid: Grid, frame: PictureFrame) -> Grid:

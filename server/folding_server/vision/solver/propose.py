@@ -22,7 +22,7 @@ NEW_CAMERA_COST = 0.01
 """What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
-TIE_REFRAMED = 0.012
+TIE_REFRAMED = 0.016
 """The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
 MANY_FACES = 24
 """From papers of more faces it takes too long to look ahead."""

@@ -41,7 +41,7 @@ FREE_LINE_COST = 0.004
 """What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
 LINES_COST = 0.02
 """What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
-FRESH_COST = 0.003
+FRESH_COST = 0.006
 """What a new crease costs here besides: with a free camera more of them fit."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
@@ -65,38 +65,20 @@ ROUND_TURNS = (45.0, 12.0)
 """Turns within the second of a multiple of the first are meant to be it, in degrees."""
 
 
-def camera_of_paper(paper: Paper, view: PictureView, before: Camera | None = None) -> PoseEstimate | None:
-    """The camera under which a photo shows a paper best; None if it shows none."""
-    found = estimates([face_stack(paper)], view, before)
-    return found[0] if found else None
-
-
 def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
     """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper."""
-    view = eyes.picture(frame)
-    if view is None:
-        return []
     known = known_camera(paper, eyes, frame - 1)
     tried = hypotheses(paper)
-    found = list(
-        _distinct(
-            estimates(
-                [h.stack for h in tried],
-                view,
-                known.camera if known else None,
-                [PRIOR[h.action_class] for h in tried],
-            ),
-            tried,
-        )
-    )
-    judge = _Judge(paper, eyes, view, frame, known)
-    judged = [(plan, estimate) for estimate in found for plan in judge.plans(tried[estimate.index], estimate)]
-    plans = [plan for plan, _ in judged]
-    nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
-    if found and max((p.agreement for p in plans), default=0.0) < EXPLAINED:
-        likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
-        plans += judge.searched(likeliest)
-    return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
+    found = []
+    for view in eyes.pictures(frame):
+        judge = _Judge(paper, eyes, view, frame, known)
+        stacks, prior = [h.stack for h in tried], [PRIOR[h.action_class] for h in tried]
+        found.append((judge, list(_distinct(estimates(stacks, view, judge.before, prior), tried))))
+    likely = [(judge, ways) for judge, ways in found if ways]
+    if not likely:
+        return []
+    judge, ways = max(likely, key=lambda pair: pair[1][0].value)
+    return judge.explained(tried, ways)
 
 
 def _weighed(plan: Plan) -> Plan:
@@ -110,8 +92,9 @@ def _weighed(plan: Plan) -> Plan:
 
 def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
     """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
-    view = eyes.picture(frame) if frame > 0 else None
-    return None if view is None else camera_of_paper(paper, view)
+    views = eyes.pictures(frame) if frame > 0 else ()
+    found = [e for view in views for e in estimates([face_stack(paper)], view)[:1]]
+    return max(found, key=lambda estimate: estimate.value, default=None)
 
 
 def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> Iterator[PoseEstimate]:
@@ -140,6 +123,20 @@ class _Judge:
     def before(self) -> Camera | None:
         """The camera of the photo before, if it is known."""
         return self.known.camera if self.known else None
+
+    def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> list[Plan]:
+        """The hypotheses found as plans, and what is found under the camera of the likeliest if none explains enough."""
+        judged = [
+            (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
+        ]
+        plans = [plan for plan, _ in judged]
+        nothing = next(
+            (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
+        )
+        if max((p.agreement for p in plans), default=0.0) < EXPLAINED:
+            likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
+            plans += self.searched(likeliest)
+        return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
 
     def views(self, camera: Camera, stack: FaceStack) -> Views:
         """The photo from straight above."""
@@ -198,8 +195,7 @@ class _Judge:
             for p in explain(self.paper, IDENTITY, views)
         ]
         best = plans[0]
-        own = camera_of_paper(best.paper, self.view, self.before)
-        if own is not None:
+        for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
             again = measured(
                 replace(best, motion=IDENTITY, framing=own.cost),
                 self.views(own.camera, face_stack(best.paper)),
