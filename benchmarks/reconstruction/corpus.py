@@ -14,6 +14,7 @@ from reference_data import FIGURES, REFERENCE
 
 HERE = Path(__file__).resolve().parent
 RENDERED = REFERENCE / "photos" / "rendered"
+TUTORIALS = REFERENCE / "photos" / "tutorials"
 TOLERANCE, RENDERED_TOLERANCE = 0.02, 0.03
 """How far off (sheet units) a vertex may be, and how far in the ray-traced sequences."""
 
@@ -58,9 +59,9 @@ def keyframe_steps(actions: Iterable[Action]) -> tuple[tuple[Action, ...], ...]:
     return tuple(steps)
 
 
-def rendered() -> dict[str, Subject]:
-    """The ray-traced sequences by name."""
-    folders = sorted(path.parent for path in RENDERED.glob("*/truth.json"))
+def rendered(place: Path = RENDERED) -> dict[str, Subject]:
+    """The ray-traced sequences in a folder by name."""
+    folders = sorted(path.parent for path in place.glob("*/truth.json"))
     return {
         folder.name: Subject(folder.name, folder, rendered_program(folder), RENDERED_TOLERANCE)
         for folder in folders

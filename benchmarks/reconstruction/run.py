@@ -2,6 +2,7 @@
 
     python benchmarks/reconstruction/run.py --level 2 --json [--seed S] [--programs NAME ...] [--between N] [--jobs N] [-o DIR]
     python benchmarks/reconstruction/run.py --rendered
+    python benchmarks/reconstruction/run.py --tutorials
 
 Seeds below 100 are for development; figures that are reported anywhere use seeds from 100 on, never looked
 at while the solver is being changed. Programs are photographed once and kept in the cache folder. The same
@@ -41,7 +42,8 @@ Answer = TypeVar("Answer")
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure what the command line asks for and print one JSON document or a table."""
     options = _options(arguments)
-    subjects = _rendered(options) if options.rendered else _photographed(options)
+    known = _ray_traced(options)
+    subjects = [known[name] for name in options.programs] if known else _photographed(options)
     scores = []
     for subject, attempt in _each(partial(_attempt, mode=options.mode), subjects, options.jobs):
         scores.append(_scored(subject, attempt))
@@ -74,6 +76,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--rendered", action="store_true", help="the ray-traced sequences instead of programs"
     )
+    parser.add_argument(
+        "--tutorials", action="store_true", help="the ray-traced sequences of which each photo is framed anew"
+    )
     parser.add_argument("--jobs", type=_positive, default=1, help="sequences at a time")
     parser.add_argument("--cache", type=Path, default=studio.CACHE, help="where photographs are kept")
     parser.add_argument(
@@ -85,11 +90,11 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"the seed {options.seed} is negative; give a whole number from 0")
     if not 0 <= options.between <= MOST_BETWEEN:
         parser.error(f"there cannot be {options.between} images in between; give 0 to {MOST_BETWEEN}")
-    known = list(corpus.rendered() if options.rendered else corpus.programs())
+    known = list(_ray_traced(options) or corpus.programs())
     if unknown := sorted(set(options.programs or ()) - set(known)):
         parser.error(f"there is no program {unknown[0]!r}; choose from {', '.join(known) or 'none'}")
     if not known:
-        parser.error(f"there are no sequences in {corpus.RENDERED}")
+        parser.error(f"there are no sequences in {corpus.RENDERED.parent}")
     options.programs = [name for name in known if name in (options.programs or known)][: options.limit]
     return options
 
@@ -102,9 +107,11 @@ def _positive(text: str) -> int:
     return number
 
 
-def _rendered(options: argparse.Namespace) -> list[Subject]:
-    known = corpus.rendered()
-    return [known[name] for name in options.programs]
+def _ray_traced(options: argparse.Namespace) -> dict[str, Subject]:
+    """The sequences that were not photographed here, by name; none if programs are to be photographed."""
+    if options.tutorials:
+        return corpus.rendered(corpus.TUTORIALS)
+    return corpus.rendered() if options.rendered else {}
 
 
 def _photographed(options: argparse.Namespace) -> list[Subject]:
@@ -160,8 +167,8 @@ def _write(folder: Path, name: str, found: Reconstruction) -> None:
 
 def _settings(options: argparse.Namespace) -> dict[str, Any]:
     photos = (
-        {"rendered": True}
-        if options.rendered
+        {"rendered": options.rendered, "tutorials": options.tutorials}
+        if options.rendered or options.tutorials
         else {"level": options.level, "seed": options.seed, "between": options.between}
     )
     return {
@@ -177,6 +184,8 @@ def _settings(options: argparse.Namespace) -> dict[str, Any]:
 
 def _title(options: argparse.Namespace) -> str:
     taken = f"level {options.level}, seed {options.seed}, {options.between} in between"
+    if options.tutorials:
+        taken = "ray-traced photos framed anew"
     photos = "ray-traced photos" if options.rendered else taken
     return f"Reconstruction: {photos}, {options.mode}"
 

@@ -24,6 +24,7 @@ from folding_client.exports.spans import send_spans
 from folding_client.interrupts import UsageError
 from folding_client.models.model_table import model_lines, model_table
 from folding_client.models.requirements import require_models
+from folding_client.photo_folders import as_sequence
 from folding_client.progress import Shown, Silent
 from folding_client.reconstruct import Job, Outcome, new_folder, new_job, reconstruct, resumed_job
 from folding_client.record.redaction import redact
@@ -94,6 +95,7 @@ def _new(sequence: Path | None, out: Path | None, settings: Settings) -> Job:
         out = new_folder(sequence.stem, out)
         work = video_in_run_folder(sequence, out, settings, partial(typer.echo, err=True))
         sequence = finish(work, "no run has begun")
+    as_sequence(sequence.expanduser(), partial(typer.echo, err=True))
     return new_job(sequence, out, settings)
 
 

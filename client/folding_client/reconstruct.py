@@ -166,7 +166,7 @@ def _sequence(path: Path) -> Path:
         )
         raise UsageError(message)
     if not (folder / "keyframes.json").is_file():
-        message = f"{path} holds no keyframes.json, so it is no sequence; name a folder that holds one."
+        message = f"{path} holds no keyframes.json and fewer than two photos, so it is no sequence; name a folder that holds one."
         raise UsageError(message)
     return folder
 

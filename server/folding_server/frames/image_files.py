@@ -21,12 +21,19 @@ MAX_PIXELS = 120_000_000
 QUALITIES = (92, 85, 76, 66, 55, 42)
 _DRAFT_MARGIN = 1.5
 _SIGNATURES = (
-    (b"ftyp", 4, "a HEIC, AVIF or video file"),
-    (b"WEBP", 8, "a WebP file"),
+    (b"ftyp", 4, "a video or a damaged HEIC or AVIF file"),
+    (b"WEBP", 8, "a damaged WebP file"),
     (b"GIF8", 0, "a GIF file"),
+    (b"%PDF", 0, "a PDF file"),
     (b"\xff\xd8\xff", 0, "cut off near its start"),
     (b"\x89PNG\r\n", 0, "cut off near its start"),
 )
+FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "MPO")
+"""Formats that Pillow reads itself, as it calls them."""
+READ = "JPEG, PNG, HEIC, WebP, AVIF, TIFF or BMP"
+"""What is read, in words."""
+_HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
+"""The brands by which a HEIC file says what it is, after its first box."""
 _BROKEN = (
     OSError,
     SyntaxError,
@@ -52,7 +59,7 @@ class EncodedImage:
 
 
 def decode(path: Path, longest: int | None = None) -> RgbImage:
-    """The JPEG or PNG at `path` as RGB, shape (height, width, 3), upright, on white where transparent.
+    """The photo at `path`, of one of the formats READ, as RGB, shape (height, width, 3), upright, on white where transparent.
 
     With `longest` the picture is scaled down until its longest side is at most that many pixels.
     Raises PhotoError for a missing file, another format, a broken or cut-off file, and impossible sizes.
@@ -124,11 +131,9 @@ def _open(data: bytes, called: str) -> Image.Image:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return Image.open(io.BytesIO(data), formats=("JPEG", "PNG"))
+            return _heif(data) if _is_heif(data) else Image.open(io.BytesIO(data), formats=FORMATS)
     except UnidentifiedImageError as error:
-        raise PhotoError(
-            f"{called} is {_what(data)}, not a JPEG or PNG image: save it as JPEG or PNG"
-        ) from error
+        raise PhotoError(f"{called} is {_what(data)}, no {READ} image: save it as JPEG or PNG") from error
     except Image.DecompressionBombError as error:
         raise PhotoError(
             f"{called} has too many pixels: at most {MAX_PIXELS // 10**6} million are read"
@@ -139,8 +144,22 @@ def _open(data: bytes, called: str) -> Image.Image:
         ) from error
 
 
+def _is_heif(data: bytes) -> bool:
+    return data[4:8] == b"ftyp" and data[8:12] in _HEIF_BRANDS
+
+
+def _heif(data: bytes) -> Image.Image:
+    """The main picture of a HEIC file, upright: the file says how it is turned."""
+    import pillow_heif  # noqa: PLC0415  (loads its codecs)
+
+    picture = pillow_heif.open_heif(io.BytesIO(data), convert_hdr_to_8bit=True)
+    return Image.frombytes(
+        picture.mode, picture.size, bytes(picture.data), "raw", picture.mode, picture.stride
+    )
+
+
 def _what(data: bytes) -> str:
-    """What a file that is no JPEG or PNG seems to be, in words."""
+    """What a file that no photo can be read from seems to be, in words."""
     if not data:
         return "empty"
     for start, offset, name in _SIGNATURES:

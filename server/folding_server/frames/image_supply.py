@@ -1,16 +1,18 @@
 """What a sequence is written from: images counted in order, whether a film shows them or photos are named one by one."""
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from natsort import natsorted, ns
+
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import decode_bytes
+from folding_server.frames.sources import SUFFIXES
 
-PHOTO_ENDINGS = (".jpg", ".jpeg", ".png")
+PHOTO_ENDINGS = tuple(f".{suffix}" for suffix in SUFFIXES)
 
 
 class SuppliedImage(Protocol):
@@ -82,10 +84,4 @@ def photos_in(folder: Path) -> list[Path]:
         for path in folder.iterdir()
         if path.suffix.lower() in PHOTO_ENDINGS and not path.name.startswith(".")
     ]
-    return sorted(found, key=lambda path: _natural(path.name))
-
-
-def _natural(name: str) -> list[tuple[int, int, str]]:
-    """What names are sorted by: their numbers as numbers, their letters whatever the case."""
-    parts = re.findall(r"(\d+)|(\D+)", name.casefold())
-    return [(0, int(digits), "") if digits else (1, 0, letters) for digits, letters in parts]
+    return natsorted(found, key=lambda path: path.name, alg=ns.IGNORECASE)

@@ -37,8 +37,16 @@ def _plain(text: str) -> str:
 
 def _inside(text: str) -> str:
     parts = Path(text).parts
+    if text == ".":
+        return text
     if not parts or "\0" in text or "\\" in text or Path(text).is_absolute() or ".." in parts:
         raise ValueError(f"{text!a} is not a place inside the sequence's folder")
+    return text
+
+
+def _file_name(text: str) -> str:
+    if Path(text).name != text or text in (".", "..") or "\0" in text or "\\" in text:
+        raise ValueError(f"{text!a} is no plain file name")
     return text
 
 
@@ -55,8 +63,11 @@ Color = Annotated[str, AfterValidator(_color)]
 Place = Annotated[str, AfterValidator(_inside)]
 
 
+FileName = Annotated[str, Field(min_length=1, max_length=255), AfterValidator(_file_name)]
+
+
 class Manifest(BaseModel):
-    """The contents of `keyframes.json`. Keyframes are indices of video images, strictly increasing."""
+    """The contents of `keyframes.json`. Keyframes are indices of images, strictly increasing, or names of files in order."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -65,13 +76,27 @@ class Manifest(BaseModel):
     video: Place | None = None
     front_color: Color | None = None
     back_color: Color | None = None
-    keyframes: Annotated[tuple[Index, ...], Field(min_length=1, max_length=10_000)]
+    keyframes: Annotated[tuple[Index, ...] | tuple[FileName, ...], Field(min_length=1, max_length=10_000)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The keyframes that are names of files; empty if they are indices."""
+        return tuple(name for name in self.keyframes if isinstance(name, str))
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """The keyframes as indices; of names, their places from 1."""
+        return tuple(k if isinstance(k, int) else place for place, k in enumerate(self.keyframes, start=1))
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.frames is not None and self.video is not None:
             raise ValueError("give either 'frames' (a folder of images) or 'video' (a file), not both")
-        for before, after in zip(self.keyframes, self.keyframes[1:], strict=False):
+        if self.names and self.video is not None:
+            raise ValueError("keyframes of a video are numbers of its images, not names of files")
+        if len(set(self.names)) < len(self.names):
+            raise ValueError("a file is named twice among the keyframes")
+        for before, after in zip(self.indices, self.indices[1:], strict=False):
             if after <= before:
                 raise ValueError(f"keyframes must increase, but {after} comes after {before}")
         return self

@@ -14,7 +14,7 @@ from folding_server.frames.filmstrip import MAX_STRIP_IMAGES, evenly_spaced, fil
 from folding_server.frames.image_files import MODEL_SIDE, EncodedImage, encode_for_model
 from folding_server.frames.manifest import FILE_NAME, Manifest, check_name, read_manifest
 from folding_server.frames.photo_cache import PhotoCache
-from folding_server.frames.sources import FrameSource, file_stamp, image_folder, require_inside
+from folding_server.frames.sources import FrameSource, file_stamp, image_folder, named_images, require_inside
 
 _STRIP_SIDE = 1280
 THUMBNAIL_SIDE = 160
@@ -134,13 +134,13 @@ def load_sequence(folder: Path, cache: PhotoCache | None = None) -> Sequence:
     with _readable(folder):
         manifest = read_manifest(folder)
         source = _source(manifest, folder)
-        source.files(manifest.keyframes)
+        source.files(manifest.indices)
     return Sequence(
         name=manifest.name or folder.resolve().name,
         folder=folder,
         front_color=manifest.front_color,
         back_color=manifest.back_color,
-        keyframes=manifest.keyframes,
+        keyframes=manifest.indices,
         source=source,
         cache=cache or PhotoCache(),
     )
@@ -276,7 +276,8 @@ def _readable(folder: Path) -> Iterator[None]:
 
 def _source(manifest: Manifest, folder: Path) -> FrameSource:
     if manifest.video is None:
-        return image_folder(folder / (manifest.frames or "frames"), folder)
+        place = folder / (manifest.frames or "frames")
+        return named_images(place, folder, manifest.names) if manifest.names else image_folder(place, folder)
     from folding_server.frames.video import open_video  # noqa: PLC0415  (loads the video library)
 
     require_inside(folder / manifest.video, folder)

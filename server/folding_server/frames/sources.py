@@ -10,7 +10,10 @@ from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import decode
 
-_IMAGE_NAME = re.compile(r"([0-9]{1,8})\.(jpe?g|png)", re.IGNORECASE)
+SUFFIXES = ("jpg", "jpeg", "png", "heic", "heif", "webp", "avif", "tif", "tiff", "bmp")
+"""Endings of the names of photos that are read, in any case."""
+_IMAGE_NAME = re.compile(rf"(?:.*[^0-9])?([0-9]{{1,8}})\.({'|'.join(SUFFIXES)})", re.IGNORECASE)
+"""A photo whose name ends in a number: as a camera calls it, or the number alone."""
 
 
 class FrameSource(Protocol):
@@ -31,7 +34,7 @@ class FrameSource(Protocol):
 
 @dataclass(frozen=True)
 class ImageFolder:
-    """Images in one folder, each named by its index: `000004.jpg`, `.jpeg` or `.png` in any case."""
+    """Images in one folder, each by its index: the number at the end of its name, `000004.jpg` or `IMG_0004.HEIC`."""
 
     folder: Path
     paths: dict[int, Path] = field(repr=False)
@@ -64,28 +67,52 @@ class ImageFolder:
 def image_folder(folder: Path, within: Path) -> ImageFolder:
     """The images in `folder`, none of which may lead out of the folder `within`.
 
-    Raises PhotoError if the folder is missing, leads elsewhere, or holds two images of one index.
+    An image named by a number alone goes before one that a number only ends. Raises PhotoError if the folder is missing,
+    leads elsewhere, or holds two images of one index.
     """
+    _require_images(folder, within)
+    paths: dict[int, Path] = {}
+    for path in sorted(folder.iterdir(), key=lambda path: (not path.stem.isdecimal(), path.name)):
+        match = _IMAGE_NAME.fullmatch(path.name)
+        if match is None or not path.is_file():
+            continue
+        index = int(match[1])
+        if index in paths:
+            if paths[index].stem.isdecimal() and not path.stem.isdecimal():
+                continue
+            raise PhotoError(
+                f"{paths[index].name} and {path.name} in {within.name} are both image {index}: "
+                "remove one, or name the files in keyframes.json"
+            )
+        if path.is_symlink():
+            require_inside(path, within)
+        paths[index] = path
+    return ImageFolder(folder, paths)
+
+
+def named_images(folder: Path, within: Path, names: Sequence[str]) -> ImageFolder:
+    """The images of these names in `folder`, numbered from 1 in the order given; PhotoError if one is missing."""
+    _require_images(folder, within)
+    paths: dict[int, Path] = {}
+    for index, name in enumerate(names, start=1):
+        path = folder / name
+        if not path.is_file():
+            raise PhotoError(
+                f"the image {name!r:.80} of keyframe {index} is missing in {folder.name}: put it there, or correct keyframes.json"
+            )
+        require_inside(path, within)
+        paths[index] = path
+    return ImageFolder(folder, paths)
+
+
+def _require_images(folder: Path, within: Path) -> None:
+    """Raise PhotoError unless there is such a folder, inside the folder `within`."""
     if not folder.is_dir():
         raise PhotoError(
             f"the sequence {within.name} has no folder {folder.name!r} of images; "
             "make it, or give the name of the right one in keyframes.json"
         )
     require_inside(folder, within)
-    paths: dict[int, Path] = {}
-    for path in sorted(folder.iterdir()):
-        match = _IMAGE_NAME.fullmatch(path.name)
-        if match is None or not path.is_file():
-            continue
-        index = int(match[1])
-        if index in paths:
-            raise PhotoError(
-                f"{paths[index].name} and {path.name} in {within.name} are both image {index}: remove one"
-            )
-        if path.is_symlink():
-            require_inside(path, within)
-        paths[index] = path
-    return ImageFolder(folder, paths)
 
 
 def require_inside(path: Path, folder: Path) -> None:

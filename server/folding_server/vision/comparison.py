@@ -28,6 +28,11 @@ DIVERGED_AGREEMENT = 0.5
 """Share of agreeing pixels below which the state is another model altogether."""
 MATCHING_WIDTH = 0.04
 """Sheet units that the widest disagreement of a match may measure across."""
+MATCHING_OUTLINE = 0.02
+"""Mean distance of the outlines of a match, in sheet units, at most."""
+CUT_OFF = 0.05
+"""Sheet units along which the paper may reach to the edge of a photo that still shows all of it."""
+CUT = "the paper reaches beyond the edge of the photo along {:.2f} of the sheet's side, so it shows only a part: use a photo that shows all of it"
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MISPLACED_LINES = 0.3
@@ -52,6 +57,8 @@ class Match:
     the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
     sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`. ``hidden`` is the share of the predicted
     paper that something hides in the photo: from HIDDEN_LIMIT on the verdict is never more than a MISMATCH either way.
+    ``cut`` is along how much of its outline, in sheet units, the paper reaches to the edge of the photo: from CUT_OFF on
+    nothing is a MATCH, and neither is what has an outline further off than MATCHING_OUTLINE.
     """
 
     verdict: Verdict
@@ -66,12 +73,15 @@ class Match:
     missing_lines: tuple[str, ...]
     longest_missing: float
     hidden: float = 0.0
+    cut: float = 0.0
 
     @property
     def words(self) -> list[str]:
         """The largest discrepancies, one sentence each, regions first, largest first."""
         if self.hidden >= HIDDEN_LIMIT:
             return [HIDES.format(self.hidden)]
+        if self.cut >= CUT_OFF:
+            return [CUT.format(self.cut), *(str(d) for d in self.discrepancies)][:MOST_WORDS]
         return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
 
@@ -86,8 +96,11 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     found = discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
-    hidden = hidden_share(predicted, seen.labels)
-    verdict: Verdict = "MISMATCH" if hidden >= HIDDEN_LIMIT else judge(alignment.agreement, found, lines)
+    hidden, cut = hidden_share(predicted, seen.labels), seen.cut
+    tells = hidden < HIDDEN_LIMIT and cut < CUT_OFF and mean <= MATCHING_OUTLINE
+    verdict = judge(alignment.agreement, found, lines)
+    if (verdict == "MATCH" and not tells) or hidden >= HIDDEN_LIMIT:
+        verdict = "MISMATCH"
     if verdict != "MATCH" and not found:
         found = thin_discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
     where = box_about(is_paper(predicted) | is_paper(seen.labels))
@@ -106,6 +119,7 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
         missing,
         lines.longest_missing,
         hidden,
+        cut,
     )
 
 

@@ -11,7 +11,9 @@ from folding_server.arrays import Floats
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-FIELD_OF_VIEW = (-0.8, -0.8, 1.8, 1.8)
+Reach = tuple[float, float, float, float]
+"""Left, bottom, right, top of a part of the plane, in sheet units."""
+FIELD_OF_VIEW: Reach = (-0.8, -0.8, 1.8, 1.8)
 """Left, bottom, right, top of the part of the plane that folding one unit square normally stays in."""
 
 
@@ -68,7 +70,7 @@ class Grid:
         return np.array([[s, 0, -self.left * s - 0.5], [0, -s, self.top * s - 0.5], [0, 0, 1.0]])
 
 
-def grid_over(pixels_per_unit: float, reach: tuple[float, float, float, float] = FIELD_OF_VIEW) -> Grid:
+def grid_over(pixels_per_unit: float, reach: Reach = FIELD_OF_VIEW) -> Grid:
     """The grid that covers (left, bottom, right, top) at a resolution."""
     left, bottom, right, top = reach
     rows = ceil((top - bottom) * pixels_per_unit - 1e-9)

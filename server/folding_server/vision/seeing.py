@@ -3,18 +3,20 @@
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
+import cv2
 import numpy as np
 
 from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.vision.appearance import ColourModels
 from folding_server.vision.camera import scales_of
-from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
+from folding_server.vision.grid import FIELD_OF_VIEW, Grid, Reach, grid_over
 from folding_server.vision.inner_lines import inner_lines, strongest_near
 from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
 from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos
 from folding_server.vision.pose import Pose, pose_of
+from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, look
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
@@ -34,6 +36,10 @@ USUAL_BETWEEN = 5
 """Images in between that are looked at unless more are asked for."""
 FRAMES_KEPT = 64
 """Frames kept in memory."""
+OTHERS_KEPT = 12
+"""Cameras kept in memory beside the first photo's."""
+NEW_CAMERA = (0.96, 1.04)
+"""Scales at which the paper may be seen under a camera that was fitted to it: its outline tells the scale to a few hundredths."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,7 @@ class SeenFrame:
     ``edges``       (rows, cols) float32, 0 to 1, strength of lines within the paper (creases, layer edges)
     ``two_coloured`` False if the sides look alike: then all paper is FRONT, and so predictions are compared
     ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
+    ``outside``     (rows, cols), True beyond the edges of the photo; None if all is within
     """
 
     frame: int
@@ -56,6 +63,18 @@ class SeenFrame:
     grid: Grid
     two_coloured: bool
     scales: tuple[float, float]
+    outside: Mask | None = None
+
+    @property
+    def cut(self) -> float:
+        """Along how much of its outline, in sheet units, the paper reaches to the edge of the photo."""
+        if self.outside is None:
+            return 0.0
+        beyond = cv2.dilate(self.outside.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        rim = is_paper(self.labels) & beyond
+        return float(
+            np.count_nonzero(cv2.dilate(rim.astype(np.uint8), np.ones((3, 3), np.uint8)) & self.outside)
+        ) / (self.grid.pixels_per_unit)
 
     @property
     def paper_confidence(self) -> float:
@@ -72,7 +91,9 @@ class _Working:
     shares: Image
     unknown: Mask
     clearness: Image
+    same_table: bool
     edges: Image
+    outside: Mask
 
 
 @dataclass(frozen=True)
@@ -84,11 +105,14 @@ class Eyes:
     palette: ColourModels
     scales: tuple[float, float]
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
+    reach: Reach = FIELD_OF_VIEW
     _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
     _between: dict[tuple[int, float, int], tuple[SeenFrame, ...]] = field(
         default_factory=dict, repr=False, compare=False
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
+    _others: dict[tuple[Pose, Reach], "Eyes"] = field(default_factory=dict, repr=False, compare=False)
+    _pictures: dict[int, tuple[PictureView, ...]] = field(default_factory=dict, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
 
@@ -97,13 +121,30 @@ class Eyes:
         """Whether front and back can be told apart."""
         return self.palette.back is not None
 
+    def under(self, pose: Pose, reach: Reach = FIELD_OF_VIEW) -> "Eyes":
+        """The same photos as another camera shows them, of which only one is of use, within left, bottom, right and top of the
+        plane; the last few are remembered.
+        """
+        key = (pose, reach)
+        if key not in self._others:
+            _drop_oldest(self._others, OTHERS_KEPT)
+            self._others[key] = Eyes(self.photos, pose, anywhere(self.palette), NEW_CAMERA, reach=reach)
+        return self._others[key]
+
+    def pictures(self, number: int) -> tuple[PictureView, ...]:
+        """A photo in its own coordinates, whatever the camera, one view for each piece that may be the sheet."""
+        if number not in self._pictures:
+            _drop_oldest(self._pictures, FRAMES_KEPT)
+            self._pictures[number] = look(self.photos.photo(number), self.palette)
+        return self._pictures[number]
+
     def frame(self, number: int, pixels_per_unit: float = 96.0) -> SeenFrame:
         """A photo's labels on a grid over FIELD_OF_VIEW. PhotoError if there is no such photo."""
         key = (number, pixels_per_unit)
         if key not in self._seen:
             _drop_oldest(self._seen, 2 * FRAMES_KEPT)
             self._seen[key] = self._as_seen(
-                number, self._look(number), grid_over(pixels_per_unit, FIELD_OF_VIEW)
+                number, self._look(number), grid_over(pixels_per_unit, self.reach)
             )
         return self._seen[key]
 
@@ -122,7 +163,7 @@ class Eyes:
         if key not in self._between:
             _drop_oldest(self._between, FRAMES_KEPT // 8)
             images = [self.photos.image(i) for i in self.photos.between(number, count)]
-            grid = grid_over(pixels_per_unit, FIELD_OF_VIEW)
+            grid = grid_over(pixels_per_unit, self.reach)
             self._between[key] = tuple(
                 self._as_seen(number, self._segmented(image, lines=False), grid) for image in images
             )
@@ -130,14 +171,18 @@ class Eyes:
 
     def closely(self, number: int) -> SeenFrame:
         """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST_CLASSES."""
-        seen = self.frame(number, _finest_grid(self.pose).pixels_per_unit)
+        seen = self.frame(number, _finest_grid(self.pose, self.reach).pixels_per_unit)
         rgb, _ = self.pose.rectify(self.photos.photo(number), seen.grid)
         return replace(seen, rgb=rgb)
+
+    def stands(self, number: int) -> bool:
+        """Whether the table proves that the camera stands where it stood at the first photo; a plain one proves nothing."""
+        return self._look(number).same_table
 
     def outlines(self, number: int) -> tuple[Outline, ...]:
         """The outlines of the paper in a photo, largest piece first. PhotoError if there is no such photo."""
         working = self._look(number)
-        grid = _working_grid(self.pose)
+        grid = _working_grid(self.pose, self.reach)
         return find_outlines(self.photos.photo(number), self.pose, working.shares, working.unknown, grid)
 
     def _look(self, number: int) -> _Working:
@@ -147,17 +192,17 @@ class Eyes:
         return self._working[number]
 
     def _segmented(self, photo: RgbImage, *, lines: bool = True) -> _Working:
-        grid = _working_grid(self.pose)
+        grid = _working_grid(self.pose, self.reach)
         rgb, seen = self.pose.rectify(photo, grid)
         mixed = 1 if self.pose.pixels_per_unit > SHARP * grid.pixels_per_unit else 2
         found = segment(rgb, seen, grid, self.palette, self.memory, mixed=mixed)
-        finest = _finest_grid(self.pose)
+        finest = _finest_grid(self.pose, self.reach)
         edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
-        return _Working(rgb, found.shares, found.unknown, found.clearness, edges)
+        return _Working(rgb, found.shares, found.unknown, found.clearness, found.same_table, edges, ~seen)
 
     def _lines(self, photo: RgbImage, found: Segmented) -> Image:
         """Inner lines, looked for as finely as the photo allows."""
-        old, grid = _working_grid(self.pose), _finest_grid(self.pose)
+        old, grid = _working_grid(self.pose, self.reach), _finest_grid(self.pose, self.reach)
         rgb, _ = self.pose.rectify(photo, grid)
         shares = resampled(found.shares, old, grid)
         unknown = resampled(found.unknown.astype(np.float32), old, grid) > 0.01
@@ -165,7 +210,7 @@ class Eyes:
 
     def _as_seen(self, number: int, working: _Working, grid: Grid) -> SeenFrame:
         """The working pictures on the grid that was asked for."""
-        old = _working_grid(self.pose)
+        old = _working_grid(self.pose, self.reach)
         shares = np.asarray(resampled(working.shares, old, grid), np.float32)
         unknown = resampled(working.unknown.astype(np.float32), old, grid) > 0.5
         order = np.sort(shares, axis=-1)
@@ -173,8 +218,11 @@ class Eyes:
         clear = resampled(working.clearness, old, grid)
         confidence = np.where(unknown, 0.0, clear * (order[..., -1] - order[..., -2])).astype(np.float32)
         rgb = np.asarray(resampled(working.rgb, old, grid), np.uint8)
-        edges = strongest_near(working.edges, _finest_grid(self.pose), grid)
-        return SeenFrame(number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales)
+        edges = strongest_near(working.edges, _finest_grid(self.pose, self.reach), grid)
+        outside = np.asarray(resampled(working.outside.astype(np.float32), old, grid) > 0.5)
+        return SeenFrame(
+            number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales, outside
+        )
 
 
 def see_sequence(photos: Photos) -> Eyes:
@@ -188,14 +236,14 @@ def see_sequence(photos: Photos) -> Eyes:
     return Eyes(photos, pose, palette, scales_of(photos, pose, palette), memory)
 
 
-def _working_grid(pose: Pose) -> Grid:
+def _working_grid(pose: Pose, reach: Reach = FIELD_OF_VIEW) -> Grid:
     """The grid on which photos are segmented."""
-    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_CLASSES)), FIELD_OF_VIEW)
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_CLASSES)), reach)
 
 
-def _finest_grid(pose: Pose) -> Grid:
+def _finest_grid(pose: Pose, reach: Reach) -> Grid:
     """The grid on which lines are looked for."""
-    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_LINES)), FIELD_OF_VIEW)
+    return grid_over(float(np.clip(round(pose.pixels_per_unit), COARSEST, FINEST_LINES)), reach)
 
 
 def _drop_oldest(kept: dict[Key, Value], limit: int) -> None:

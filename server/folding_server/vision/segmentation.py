@@ -26,12 +26,14 @@ SMOOTHING = 3.5
 @dataclass(frozen=True)
 class Segmented:
     """``shares`` (rows, cols, 3): how much of each pixel is table, front, back, 0 where it is ``unknown`` (rows, cols);
-    ``clearness`` (rows, cols), 0 to 1: how much better than the others a pixel's class explains it.
+    ``clearness`` (rows, cols), 0 to 1: how much better than the others a pixel's class explains it. ``same_table`` says that
+    the table has the grain and marks that it had in the first photo, where it had them.
     """
 
     shares: Image
     unknown: Mask
     clearness: Image
+    same_table: bool
 
 
 def smoothed_lab(rgb: RgbImage) -> Image:
@@ -74,7 +76,7 @@ def segment(
     unknown |= _one_sheet(labels, unknown, grid)
     shares = mixtures(labels, unknown, rgb, lights)
     shares[unknown] = 0
-    return Segmented(shares, unknown, _clearness(costs, labels))
+    return Segmented(shares, unknown, _clearness(costs, labels), recalled is not None and recalled.stands)
 
 
 def _clearness(costs: Image, labels: LabelImage) -> Image:

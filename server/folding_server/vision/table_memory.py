@@ -18,6 +18,10 @@ SHADOW_MARGIN = 0.025
 """Sheet units about the flat sheet that are left out: its shadow lies there."""
 BETTER = 0.75
 """Share of the smooth surface's residual that the memory's may have, to be of use."""
+STANDS = 0.7
+"""The same, pixel by pixel, for the camera to stand where it stood: there it is at most 0.45 on tables with grain, and
+under cameras that moved at least 0.84 (``--rendered``, ``--tutorials`` and the examples).
+"""
 UNLIKE_TABLE, FEWEST_MARKS = 9.0, 0.004
 """Cost from which a part of the table is a mark on it, and the share of the table that marks must have."""
 WIDEST_MARK, MARK_COST = 0.03, 9.0
@@ -58,13 +62,15 @@ class Recalled:
 
     ``expected`` (rows, cols, 3) Lab, the nearest that a pixel's neighbourhood in memory allows; ``covariance``
     (3, 3) of what is left; ``known`` (rows, cols) where the memory reaches. ``departure`` (rows, cols) is how far, in
-    Lab, the picture is from the memory on the average around each pixel, 0 where nothing is known.
+    Lab, the picture is from the memory on the average around each pixel, 0 where nothing is known. ``stands`` says that
+    pixels fit the memory so well that the camera must stand where it stood.
     """
 
     expected: Image
     covariance: Floats
     known: Mask
     departure: Image
+    stands: bool
 
     def cost(self, lab: Image, shadows: bool = True) -> Image:
         """How badly each pixel fits the remembered table, in nats."""
@@ -102,15 +108,17 @@ def recall(memory: TableMemory, lab: Image, seen: Mask, grid: Grid, table: Look)
     moved = np.roll(memory.lab, shift, axis=(0, 1)) + light.on(*coordinates(grid))
     expected = np.clip(lab, cv2.erode(moved, np.ones((3, 3))), cv2.dilate(moved, np.ones((3, 3))))
     rest = own - expected[sample]
-    left, smooth = (
-        float(np.median(np.linalg.norm(r, axis=1))) for r in (rest, own - table.surfaces[0].at(xs, ys))
+    left, pixelwise, smooth = (
+        float(np.median(np.linalg.norm(r, axis=1)))
+        for r in (rest, own - moved[sample], own - table.surfaces[0].at(xs, ys))
     )
     if left > BETTER * smooth:
         return None
     usual = np.linalg.norm(rest, axis=1) < 3 * max(left, 1.0)
     covariance = rest[usual].T @ rest[usual] / max(int(usual.sum()), 1)
     departure = _departure(lab - moved, known, grid)
-    return Recalled(np.asarray(expected, np.float32), covariance, known, departure)
+    stands = pixelwise < STANDS * smooth
+    return Recalled(np.asarray(expected, np.float32), covariance, known, departure, stands)
 
 
 def _departure(difference: Image, known: Mask, grid: Grid) -> Image:

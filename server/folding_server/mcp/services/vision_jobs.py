@@ -77,15 +77,15 @@ def compare_paper(
 ) -> "tuple[Comparison, EncodedImage | None]":
     """How well a paper explains a frame's photo, and the paper drawn over the photo if that is wanted."""
     from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
-    from folding_server.vision.comparison import compare  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.any_camera import compare_with_photo  # noqa: PLC0415  (loads OpenCV)
     from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
 
     announce(SEEING)
     with observers().on(place.key, place.load) as eyes:
         announce(f"comparing with frame {frame}")
-        seen = eyes.frame(frame)
-        match = compare(paper, seen)
-        outlines = eyes.outlines(frame)
+        compared = compare_with_photo(paper, eyes, frame)
+        outlines = compared.observer.outlines(frame)
+    seen, match = compared.seen, compared.match
     found = presenters.comparison(seen, match, outlines)
     overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines)) if draw else None
     return found, overlay

@@ -71,6 +71,7 @@ class Plan:
     fresh: bool = False
     sliver: bool = False
     regret: float = 0.0
+    framing: float = 0.0
 
     @property
     def score(self) -> float:
@@ -82,7 +83,8 @@ class Plan:
         looks different there. From 0 to 1, ``unseen`` is how far the photo shows nothing of a fold, and ``idle`` how far it
         shows nothing of a turn. Of the last fold, ``thin`` says that it turns nothing but a narrow strip, ``fresh`` that it makes new creases, ``loose``
         that no construction gives its line, and ``sliver`` that it cuts a long sliver off a face. ``regret`` is how much
-        worse than after an equal plan the next photo is explained after this one.
+        worse than after an equal plan the next photo is explained after this one. ``framing`` is what it costs that the
+        camera stands as the plan needs it.
         """
         cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
         if self.action_class == "compound" and self.creases:
@@ -91,7 +93,16 @@ class Plan:
         doubts = UNSEEN_COST * self.unseen + IDLE_TURN_COST * self.idle
         crease = FRESH_COST * self.fresh + LOOSE_COST * self.loose + THIN_COST * self.thin
         crease += SLIVER_COST * (self.sliver and not self.thin)
-        return self.looks - cost - self.drift - doubts - crease - self.regret + TRACE_WORTH * self.traced**2
+        return (
+            self.looks
+            - cost
+            - self.drift
+            - doubts
+            - crease
+            - self.regret
+            - self.framing
+            + TRACE_WORTH * self.traced**2
+        )
 
     @property
     def drift(self) -> float:

@@ -2,34 +2,28 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, floor
 
-import cv2
-import numpy as np
-
-from folding_server.arrays import Floats
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Scene, Views, face_stack
-from folding_server.vision.grid import Grid
-from folding_server.vision.labels import is_paper
+from folding_server.vision.fitting.scene import Views
 from folding_server.vision.motion import movement
-from folding_server.vision.seeing import Eyes, SeenFrame
-from folding_server.vision.solver.inner_edges import sight
+from folding_server.vision.seeing import Eyes
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.sheet_motions import locate
+from folding_server.vision.solver.reframing import explain_reframed
 from folding_server.vision.solver.swings import contradiction, watched_places
-from folding_server.vision.solver.transition import COMPOUND_BELOW, SURELY_WRONG, explain
+from folding_server.vision.solver.transition import COMPOUND_BELOW, EXPLAINED, SURELY_WRONG, explain
+from folding_server.vision.solver.views import views_after
 
-COARSE, FINE = 64.0, 160.0
-"""Pixels per sheet unit for searching and for refining."""
-SEARCH_MARGIN = 0.2
-"""How far around the paper to look, in sheet units."""
 CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
+STANDING = 0.93
+"""A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
+NEW_CAMERA_COST = 0.01
+"""What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
+TIE_REFRAMED = 0.016
+"""The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
 MANY_FACES = 24
 """From papers of more faces it takes too long to look ahead."""
 REMEMBERED = 8
@@ -57,10 +51,12 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """
     if plans[0].agreement < SURELY_WRONG:
         return []
+    tie = TIE_REFRAMED if plans[0].framing else TIE
     tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
-        if plan.score > plans[0].score - TIE and not alike:
+        alike = alike and not plan.framing
+        if plan.score > plans[0].score - tie and not alike:
             tied.append(plan)
     return tied[:MOST_TIED]
 
@@ -81,69 +77,42 @@ def _explained(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool = True) -> t
 
 
 def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
-    """Every class of action tried, and held against the images in between; best first."""
-    last, views = _views(paper, eyes, frame)
+    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little;
+    best first.
+    """
+    last, views = views_after(paper, eyes, frame)
+    moved = frame > 2 and views.expected < STANDING
+    plans = _framed_anew(paper, eyes, frame) if moved else []
+    if not plans or plans[0].agreement < COMPOUND_BELOW:
+        standing = _standing(paper, eyes, frame, last, views, pairs=pairs)
+        if not moved and standing[0].agreement < EXPLAINED and not eyes.stands(frame):
+            plans = _framed_anew(paper, eyes, frame)
+        plans = best_first([*plans, *standing])
+    return tuple(_distinct(plans))
+
+
+def _framed_anew(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+    """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
+    return [
+        replace(plan, framing=plan.framing + NEW_CAMERA_COST) for plan in explain_reframed(paper, eyes, frame)
+    ]
+
+
+def _standing(
+    paper: Paper, eyes: Eyes, frame: int, last: Similarity, views: Views, *, pairs: bool
+) -> list[Plan]:
+    """Plans under the first photo's camera, held against the images in between; best first."""
     plans = explain(paper, last, views, pairs=pairs)
     between = movement(eyes, frame) if frame > 1 else None
     if between is not None:
         seen = watched_places(between, last)
         plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
-    return tuple(_distinct(plans))
-
-
-def _views(paper: Paper, eyes: Eyes, frame: int) -> tuple[Similarity, Views]:
-    """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
-    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
-    found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
-    known = _scene(eyes.frame(max(1, frame - 1), FINE), before)
-    settled = align(face_stack(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
-    fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
-    handheld = after.scales[0] != after.scales[1]
-
-    def closely() -> tuple[Scene, Scene]:
-        """Both photos at their finest."""
-        earlier, later = eyes.closely(max(1, frame - 1)), eyes.closely(frame)
-        return _scene(earlier, before, lit=True), _scene(later, before, lit=True)
-
-    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
+    return plans
 
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:
     """Whether the first plan explains the photo and stands clear of all others."""
     return bool(plans) and (len(plans) == 1 or plans[0].score - plans[1].score > CLEAR_LEAD)
-
-
-def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
-    """The part of a photo around its paper and that of the photo before; ``lit`` with its lightness."""
-    corners = [*_paper_corners(before), *_paper_corners(seen)]
-    if not corners:
-        return Scene(seen.grid, seen.labels, seen.two_coloured)
-    points = np.concatenate(corners)
-    return _cropped(seen, points.min(axis=0) - SEARCH_MARGIN, points.max(axis=0) + SEARCH_MARGIN, lit=lit)
-
-
-def _paper_corners(seen: SeenFrame) -> list[Floats]:
-    """Two opposite corners of the box around the paper in the plane, (2, 2); nothing if there is no paper."""
-    rows, cols = np.nonzero(is_paper(seen.labels))
-    return [seen.grid.to_plane([(cols.min(), rows.min()), (cols.max(), rows.max())])] if len(rows) else []
-
-
-def _cropped(seen: SeenFrame, low: Floats, high: Floats, *, lit: bool) -> Scene:
-    """A window of a seen frame, given its lower left and upper right in the plane."""
-    grid, s = seen.grid, seen.grid.pixels_per_unit
-    left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
-    upper, lower = max(0, floor((grid.top - high[1]) * s)), min(grid.rows, ceil((grid.top - low[1]) * s))
-    window_rows = (slice(upper, lower), slice(left, right))
-    window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
-    return Scene(
-        window,
-        np.ascontiguousarray(seen.labels[window_rows]),
-        seen.two_coloured,
-        seen.edges[window_rows],
-        light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32)
-        if lit
-        else None,
-    )
 
 
 def _distinct(plans: list[Plan]) -> list[Plan]:

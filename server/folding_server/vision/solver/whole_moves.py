@@ -54,7 +54,7 @@ def turned_plans(paper: Paper, scene: Scene, before: tuple[Action, ...], last: S
     stack = face_stack(paper)
     for aligned in best_turns(stack, scene):
         relative = _angle_of(aligned.motion) - _angle_of(last)
-        rounded = _rounded((relative + 180) % 360 - 180)
+        rounded = rounded_angle((relative + 180) % 360 - 180)
         if rounded == 0:
             continue
         action = Rotate(angle=rounded)
@@ -76,7 +76,7 @@ def _angle_of(motion: Similarity) -> float:
     return degrees(atan2(motion.b, motion.a))
 
 
-def _rounded(angle: float) -> float:
+def rounded_angle(angle: float) -> float:
     """A round angle if one is near, else whole degrees."""
     nearest = round(angle / ROUND_ANGLES) * ROUND_ANGLES
     return nearest if abs(nearest - angle) <= ROUND_REACH else float(round(angle))
@@ -104,19 +104,19 @@ def flip_plans(paper: Paper, scene: Scene, last: Similarity) -> Iterator[Plan]:
 
 def unfold_plans(paper: Paper, scene: Scene, motions: Sequence[Similarity]) -> Iterator[Plan]:
     """Each fold undone, and each pair of folds."""
-    singles = list(_unfolded(paper))
+    singles = list(each_unfolding(paper))
     for action, after in singles:
         yield _settled((action,), "unfold", after, scene, motions)
     seen: set[frozenset[object]] = set()
     for action, after in singles:
-        for second, final in _unfolded(after):
+        for second, final in each_unfolding(after):
             key = frozenset(final.creases.items())
             if key not in seen:
                 seen.add(key)
                 yield _settled((action, second), "compound", final, scene, motions)
 
 
-def _unfolded(paper: Paper) -> Iterator[tuple[Unfold, Paper]]:
+def each_unfolding(paper: Paper) -> Iterator[tuple[Unfold, Paper]]:
     """Each way to undo one fold: the action and the paper after it."""
     numbers = sorted({record.fold for e, record in paper.creases.items() if paper.is_folded(e)}, reverse=True)
     for i, number in enumerate(numbers):

@@ -1,0 +1,58 @@
+"""A folded paper against a photo that may come from another camera than the first photo."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from folding_server.simulator.paper import Paper
+from folding_server.vision.comparison import Match, compare
+from folding_server.vision.fitting.scene import face_stack
+from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
+from folding_server.vision.seeing import Eyes, SeenFrame
+
+AROUND = 0.3
+"""How far around the paper the table is looked at, in sheet units: its colour is told there."""
+BETTER = 0.01
+"""How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
+
+
+@dataclass(frozen=True)
+class PhotoComparison:
+    """How a paper agrees with a photo, and by which camera: ``observer`` sees ``seen``; ``estimate`` is that camera if it is
+    not the first photo's.
+    """
+
+    match: Match
+    seen: SeenFrame
+    observer: Eyes
+    estimate: PoseEstimate | None = None
+
+
+def compare_with_photo(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison:
+    """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little.
+
+    PhotoError if there is no such photo.
+    """
+    seen = eyes.frame(frame)
+    first = PhotoComparison(compare(paper, seen), seen, eyes)
+    if frame == 1 or first.match.verdict == "MATCH" or eyes.stands(frame):
+        return first
+    other = _under_own_camera(paper, eyes, frame)
+    if other is None or other.match.agreement < first.match.agreement + BETTER:
+        return first
+    return other
+
+
+def _under_own_camera(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison | None:
+    """The comparison under the camera that shows the paper best; None if the photo shows no paper."""
+    stack = face_stack(paper)
+    found = [(view, e) for view in eyes.pictures(frame) for e in estimates([stack], view)[:1]]
+    if not found:
+        return None
+    view, estimate = max(found, key=lambda pair: pair[1].value)
+    points = np.array([p for outline in stack.outlines for p in outline])
+    low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    pose = estimate.camera.pose(view.frame)
+    own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    seen = replace(own.frame(frame), scales=(1.0, 1.0))
+    return PhotoComparison(compare(paper, seen), seen, own, estimate)

@@ -1,0 +1,155 @@
+"""The cameras under which one photo may show one of many folded papers, the likeliest first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log, pi
+
+import numpy as np
+
+from folding_server.arrays import Floats
+from folding_server.geometry.isometry import IDENTITY
+from folding_server.vision.fitting.scene import FaceStack, Scene
+from folding_server.vision.grid import grid_over
+from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
+from folding_server.vision.pose_estimation.picture_view import PictureView
+from folding_server.vision.pose_estimation.pinhole import Camera, camera_of, projected
+from folding_server.vision.pose_estimation.shape_matching import (
+    AffineMatch,
+    NormalForm,
+    affine_matches,
+    normal_form,
+)
+from folding_server.vision.raster import draw_labels
+from folding_server.vision.registration import coarser
+
+SHAPE_RESOLUTION = 40.0
+"""Pixels per sheet unit at which papers are drawn to be compared as shapes."""
+FITTED, FULLY_FITTED = 48, 14
+"""Matches of shape whose camera is fitted roughly, and those of them, the best, that are fitted in full: by shape alone
+the truth was among the first 6 of 22 transitions, all but those whose line no construction gives.
+"""
+ROUGHLY = (0.12, 0.08, 0.05)
+"""Rounds of a rough fit: how far points look, in shares of the paper's extent."""
+EITHER_TILT = 6.0
+"""Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
+USUAL_TILT, TILT_COST = 20.0, 0.004
+"""A tilt of the first, in degrees, costs the second, in shares of the paper; others by their square."""
+STEEP, STEEP_COST = 28.0, 0.003
+"""Each degree of tilt beyond the first costs the second besides: nobody films folding so flatly."""
+NEAREST, FARTHEST, SIZE_COST = 3.0, 0.33, 0.05
+"""The camera may come so near and go so far, by scale, for nothing; beyond it costs the third per unit of the logarithm."""
+ROLL_COST = 0.006
+"""What it costs to turn the camera half round against the photo before."""
+SAME_PLACE = 0.02
+"""Corners nearer to each other, in picture units, are the same."""
+
+
+@dataclass(frozen=True)
+class PoseEstimate:
+    """The ``index``-th paper under a camera: ``agreement``, 0 to 1, and ``cost`` of such a camera in the same shares."""
+
+    index: int
+    camera: Camera
+    agreement: float
+    cost: float
+
+    @property
+    def value(self) -> float:
+        """Agreement less the cost of the camera."""
+        return self.agreement - self.cost
+
+
+def shape_of(stack: FaceStack) -> NormalForm | None:
+    """A stack prepared for :func:`estimates`."""
+    points = np.array([p for outline in stack.outlines for p in outline])
+    low, high = points.min(axis=0) - 0.1, points.max(axis=0) + 0.1
+    grid = grid_over(SHAPE_RESOLUTION, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    return normal_form(draw_labels(stack.outlines, stack.backs, grid, IDENTITY), grid)
+
+
+def estimates(
+    stacks: Sequence[FaceStack],
+    view: PictureView,
+    before: Camera | None = None,
+    prior: Sequence[float] | None = None,
+) -> list[PoseEstimate]:
+    """For the stacks that the photo resembles most: their cameras, the most valuable first.
+
+    ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely. ``prior`` is what
+    each stack costs, in shares of the paper.
+    """
+    seen = normal_form(view.scene.labels, view.scene.grid)
+    if seen is None:
+        return []
+    costs = prior or [0.0] * len(stacks)
+    shaped = [(i, shape) for i, stack in enumerate(stacks) if (shape := shape_of(stack)) is not None]
+    matches = [
+        replace(m, index=shaped[m.index][0]) for m in affine_matches(seen, [shape for _, shape in shaped])
+    ]
+    coarse = coarser(view.scene)
+    begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches[:FITTED]]
+    begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
+    found = []
+    for match, start in begun[:FULLY_FITTED]:
+        best = _fitted(stacks[match.index], view.scene, start.camera)
+        cost = camera_cost(best.camera, before) + costs[match.index]
+        found.append(PoseEstimate(match.index, best.camera, best.agreement, cost))
+    return sorted(found, key=lambda estimate: -estimate.value)
+
+
+def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:
+    """The camera of a match, roughly fitted."""
+    at = match.at[0] - 0.5, match.at[1] - 0.5
+    return fitted(stack, coarse, camera_of(match.affine, match.pivot, at, view.frame.focal), ROUGHLY)
+
+
+def _fitted(stack: FaceStack, scene: Scene, first: Camera) -> Fitted:
+    """The better of the cameras fitted from a first guess and from the tilt that foreshortens as it does."""
+    starts = [first]
+    if first.tilt > EITHER_TILT:
+        x, y, roll, size, tilt_x, tilt_y = first.vector()
+        starts.append(first.moved((x, y, roll, size, -tilt_x, -tilt_y)))
+    return max(
+        (fitted(stack, scene, start) for start in starts), key=lambda f: f.agreement - tilt_cost(f.camera)
+    )
+
+
+def tilt_cost(camera: Camera) -> float:
+    """What the tilt of a camera costs, in shares of the paper."""
+    return TILT_COST * (camera.tilt / USUAL_TILT) ** 2 + STEEP_COST * max(0.0, camera.tilt - STEEP)
+
+
+def camera_cost(camera: Camera, before: Camera | None) -> float:
+    """What a camera costs after that of the photo before, in shares of the paper."""
+    if before is None:
+        return tilt_cost(camera)
+    size = float(camera.size - before.size)
+    beyond = max(0.0, size - log(NEAREST), log(FARTHEST) - size)
+    turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
+    return tilt_cost(camera) + SIZE_COST * float(beyond) + ROLL_COST * turned / pi
+
+
+SeenFaces = list[tuple[bool, Floats]]
+"""Whether each face lies back up, and its corners (n, 2) in picture units."""
+
+
+def seen_faces(stack: FaceStack, camera: Camera) -> SeenFaces:
+    """Each face as the photo would show it if none hid another: back up, and its corners in picture units."""
+    return [
+        (back, projected(camera.homography, np.array(outline)))
+        for outline, back in zip(stack.outlines, stack.backs, strict=True)
+    ]
+
+
+def same_model(first: SeenFaces, second: SeenFaces) -> bool:
+    """Whether two stacks are one model under other names: the same faces at the same places in the same order."""
+    return len(first) == len(second) and all(
+        back == other_back and len(points) == len(other) and _gap(points, other) < SAME_PLACE
+        for (back, points), (other_back, other) in zip(first, second, strict=True)
+    )
+
+
+def _gap(first: Floats, second: Floats) -> float:
+    """The largest distance from a corner of either to the nearest of the other."""
+    distances = np.linalg.norm(first[:, None] - second[None], axis=2)
+    return float(max(distances.min(axis=0).max(), distances.min(axis=1).max()))

@@ -1,0 +1,129 @@
+"""A pinhole camera over the table, as the homography that it makes between the plane of the sheet and a picture."""
+
+from dataclasses import dataclass
+from math import atan2, cos, degrees, exp, hypot, log, sin
+
+import numpy as np
+
+from folding_server.arrays import Floats
+from folding_server.geometry.line import Point
+from folding_server.vision.pose import SHEET, Pose
+
+Vector = tuple[float, ...]
+
+FIELD = 2.6
+"""Units along the longer side of a picture: as many as the solver's field of view has."""
+USUAL_FOCAL = 1.25
+"""Focal length of a camera of which nothing is known, in longer sides of the picture: phones have 0.7, cameras to 1.7."""
+
+
+@dataclass(frozen=True)
+class PictureFrame:
+    """A photo's own coordinates, x right and y up from its middle, the longer side ``FIELD`` units long.
+
+    ``width`` and ``height`` in pixels, ``focal`` in these units.
+    """
+
+    width: int
+    height: int
+    focal: float = USUAL_FOCAL * FIELD
+
+    @property
+    def pixels_per_unit(self) -> float:
+        """Pixels per unit of these coordinates."""
+        return max(self.width, self.height) / FIELD
+
+    @property
+    def pose(self) -> Pose:
+        """The pose under which the plane of the sheet is the picture itself, the middle of both at (0.5, 0.5)."""
+        scale = self.pixels_per_unit
+        middle = (self.width - 1) / 2, (self.height - 1) / 2
+        return Pose(tuple((middle[0] + (x - 0.5) * scale, middle[1] - (y - 0.5) * scale) for x, y in SHEET))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that sees the point ``pivot`` of the sheet's plane at (``x``, ``y``) of the picture.
+
+    ``roll`` in radians counter-clockwise as seen, ``size`` the logarithm of picture units per sheet unit there,
+    (``tilt_x``, ``tilt_y``) the rotation vector in radians from looking straight down, ``focal`` in picture units.
+    """
+
+    pivot: Point
+    x: float
+    y: float
+    roll: float
+    size: float
+    tilt_x: float = 0.0
+    tilt_y: float = 0.0
+    focal: float = USUAL_FOCAL * FIELD
+
+    @property
+    def tilt(self) -> float:
+        """The angle in degrees between the axis of the camera and the normal of the table."""
+        return degrees(hypot(self.tilt_x, self.tilt_y))
+
+    @property
+    def homography(self) -> Floats:
+        """(3, 3), from the plane of the sheet to the picture's coordinates, its middle at (0.5, 0.5)."""
+        depth = self.focal / exp(self.size)
+        axes = _rotation(self.tilt_x, self.tilt_y)[:, :2] @ _turn(self.roll)
+        middle = depth * np.array([self.x / self.focal, self.y / self.focal, 1.0])
+        origin = middle - axes @ np.array(self.pivot)
+        matrix = np.diag([self.focal, self.focal, 1.0]) @ np.column_stack([axes, origin])
+        return np.asarray(np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1.0]]) @ matrix, np.float64)
+
+    def vector(self) -> Vector:
+        """What a search may change: x, y, roll, size, tilt_x, tilt_y."""
+        return self.x, self.y, self.roll, self.size, self.tilt_x, self.tilt_y
+
+    def moved(self, vector: Vector) -> "Camera":
+        """The same with other values of :meth:`vector`."""
+        x, y, roll, size, tilt_x, tilt_y = vector
+        return Camera(self.pivot, x, y, roll, size, tilt_x, tilt_y, self.focal)
+
+    def pose(self, frame: PictureFrame) -> Pose:
+        """Where the corners of the flat sheet would lie in the photo."""
+        corners = frame.pose.to_photo(projected(self.homography, np.array(SHEET)))
+        return Pose(tuple((float(x), float(y)) for x, y in corners))
+
+
+def camera_of(affine: Floats, pivot: Point, at: Point, focal: float) -> Camera:
+    """The camera that shows the neighbourhood of ``pivot`` by an affine map (2, 2), and ``pivot`` at a place of the picture
+    relative to its middle. Of the two tilts that foreshorten so, the one is given; the other is its negative.
+    """
+    left, sizes, right = np.linalg.svd(affine)
+    turn = left @ right
+    short = min(1.0, float(sizes[1] / sizes[0]))
+    axis = left[:, 0]
+    angle = float(np.arccos(short))
+    return Camera(
+        pivot,
+        at[0],
+        at[1],
+        atan2(turn[1, 0], turn[0, 0]),
+        log(float(sizes[0])),
+        float(axis[0]) * angle,
+        float(axis[1]) * angle,
+        focal,
+    )
+
+
+def projected(matrix: Floats, points: Floats) -> Floats:
+    """Points (N, 2) through a homography."""
+    moved = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    return np.asarray(moved[:, :2] / moved[:, 2:], np.float64)
+
+
+def _turn(angle: float) -> Floats:
+    return np.array([[cos(angle), -sin(angle)], [sin(angle), cos(angle)]])
+
+
+def _rotation(x: float, y: float) -> Floats:
+    """The rotation matrix of the rotation vector (x, y, 0), by Rodrigues."""
+    angle = hypot(x, y)
+    if angle < 1e-12:
+        return np.eye(3)
+    kx, ky = x / angle, y / angle
+    cross = np.array([[0, 0, ky], [0, 0, -kx], [-ky, kx, 0.0]])
+    return np.asarray(np.eye(3) + sin(angle) * cross + (1 - cos(angle)) * cross @ cross, np.float64)

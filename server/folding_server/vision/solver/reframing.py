@@ -1,0 +1,205 @@
+"""Explaining a photo that was framed anew: what the action was, and where the camera stood, found together.
+
+Every hypothesis is fitted to the photo under a camera of its own, by its outline; those that fit best are then seen
+straight from above under that camera, and judged as plans are that a standing camera shows.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+
+from folding_schemas.actions import Rotate
+
+from folding_server.geometry.isometry import IDENTITY, turn
+from folding_server.simulator import apply
+from folding_server.simulator.paper import Paper
+from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
+from folding_server.vision.pose_estimation.estimate import (
+    PoseEstimate,
+    SeenFaces,
+    camera_cost,
+    estimates,
+    same_model,
+    seen_faces,
+)
+from folding_server.vision.pose_estimation.picture_view import PictureView
+from folding_server.vision.pose_estimation.pinhole import Camera
+from folding_server.vision.seeing import Eyes
+from folding_server.vision.solver.doubts import doubted
+from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
+from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.plan import COST, NOTHING_HAPPENED, Plan, best_first
+from folding_server.vision.solver.transition import EXPLAINED, explain
+from folding_server.vision.solver.views import views_under
+from folding_server.vision.solver.whole_moves import centered
+
+JUDGED = 6
+"""Hypotheses that are judged as plans, the best by their outlines."""
+FAR_WORSE = 0.02
+"""Hypotheses whose outlines agree worse than the best by more are not."""
+FREE_LINE_COST = 0.004
+"""What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
+LINES_COST = 0.02
+"""What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
+FRESH_COST = 0.006
+"""What a new crease costs here besides: with a free camera more of them fit."""
+LEAST_TURN = 20.0
+"""Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
+PRIOR: dict[str, float] = {
+    "none": NOTHING_HAPPENED,
+    "flip": COST["flip"],
+    "fold": COST["fold"],
+    "unfold": COST["unfold"],
+    "compound": 2 * COST["unfold"],
+}
+"""What the action of a hypothesis costs while hypotheses are chosen, as it costs a plan later."""
+WORDS = {
+    "none": "nothing changed but the camera",
+    "flip": "the model was turned over",
+    "fold": "a flap was folded over",
+    "unfold": "a crease was unfolded",
+    "compound": "two creases were unfolded",
+    "rotate": "the model was turned",
+}
+ROUND_TURNS = (45.0, 12.0)
+"""Turns within the second of a multiple of the first are meant to be it, in degrees."""
+
+
+def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+    """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper."""
+    known = known_camera(paper, eyes, frame - 1)
+    tried = hypotheses(paper)
+    found = []
+    for view in eyes.pictures(frame):
+        judge = _Judge(paper, eyes, view, frame, known)
+        stacks, prior = [h.stack for h in tried], [PRIOR[h.action_class] for h in tried]
+        found.append((judge, list(_distinct(estimates(stacks, view, judge.before, prior), tried))))
+    likely = [(judge, ways) for judge, ways in found if ways]
+    if not likely:
+        return []
+    judge, ways = max(likely, key=lambda pair: pair[1][0].value)
+    return judge.explained(tried, ways)
+
+
+def _weighed(plan: Plan) -> Plan:
+    """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines say more."""
+    return replace(
+        plan,
+        unseen=0.0,
+        framing=plan.framing + LINES_COST * plan.contradiction + FRESH_COST * plan.fresh,
+    )
+
+
+def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
+    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
+    views = eyes.pictures(frame) if frame > 0 else ()
+    found = [e for view in views for e in estimates([face_stack(paper)], view)[:1]]
+    return max(found, key=lambda estimate: estimate.value, default=None)
+
+
+def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> Iterator[PoseEstimate]:
+    """The best estimates, of those that are one model under other names the first."""
+    kept: list[SeenFaces] = []
+    for estimate in found:
+        if len(kept) == JUDGED or estimate.value < found[0].value - FAR_WORSE:
+            return
+        faces = seen_faces(tried[estimate.index].stack, estimate.camera)
+        if not any(same_model(faces, other) for other in kept):
+            kept.append(faces)
+            yield estimate
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """One transition to a photo that was framed anew; ``known`` is the camera of the photo before, with ``paper``."""
+
+    paper: Paper
+    eyes: Eyes
+    view: PictureView
+    frame: int
+    known: PoseEstimate | None
+
+    @property
+    def before(self) -> Camera | None:
+        """The camera of the photo before, if it is known."""
+        return self.known.camera if self.known else None
+
+    def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> list[Plan]:
+        """The hypotheses found as plans, and what is found under the camera of the likeliest if none explains enough."""
+        judged = [
+            (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
+        ]
+        plans = [plan for plan, _ in judged]
+        nothing = next(
+            (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
+        )
+        if max((p.agreement for p in plans), default=0.0) < EXPLAINED:
+            likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
+            plans += self.searched(likeliest)
+        return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
+
+    def views(self, camera: Camera, stack: FaceStack) -> Views:
+        """The photo from straight above."""
+        expected = self.known.agreement if self.known else 1.0
+        return views_under(camera.pose(self.view.frame), stack, self.eyes, self.frame, expected)
+
+    def plans(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
+        """A hypothesis as plans, measured under its camera."""
+        views = self.views(estimate.camera, hypothesis.stack)
+        for actions, after in hypothesis.ways():
+            plan = Plan(
+                actions,
+                hypothesis.action_class,
+                after,
+                IDENTITY,
+                estimate.agreement,
+                WORDS[hypothesis.action_class],
+                loose=not hypothesis.constructed,
+                framing=camera_cost(estimate.camera, self.before)
+                + FREE_LINE_COST * (not hypothesis.constructed),
+            )
+            plan = measured(plan, views, IDENTITY)
+            yield plan
+            if hypothesis.action_class == "none":
+                yield from self._turned(plan, estimate, views)
+
+    def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
+        """Nothing but a turn against the photo before, if people would call it a rotation."""
+        if self.known is None:
+            return
+        angle = degrees(self.known.camera.roll - estimate.camera.roll)
+        angle = (angle + 180) % 360 - 180
+        step, reach = ROUND_TURNS
+        nearest = round(angle / step) * step
+        if abs(angle) < LEAST_TURN:
+            return
+        action = Rotate(angle=nearest if abs(nearest - angle) <= reach else float(round(angle)))
+        after = apply(self.paper, action)
+        stack = face_stack(after)
+        start = centered(stack, views.coarse, turn(-action.angle, stack.center))
+        turned = replace(
+            plan,
+            actions=(action,),
+            action_class="rotate",
+            paper=after,
+            motion=start,
+            explanation=WORDS["rotate"],
+        )
+        yield measured(turned, views, start)
+
+    def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
+        """Plans found under the camera of the best hypothesis, and the best of them under its own."""
+        views = self.views(estimate.camera, face_stack(self.paper))
+        plans = [
+            replace(p, framing=camera_cost(estimate.camera, self.before))
+            for p in explain(self.paper, IDENTITY, views)
+        ]
+        best = plans[0]
+        for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
+            again = measured(
+                replace(best, motion=IDENTITY, framing=own.cost),
+                self.views(own.camera, face_stack(best.paper)),
+                IDENTITY,
+            )
+            plans[0] = max(best, again, key=lambda plan: plan.score)
+        yield from plans

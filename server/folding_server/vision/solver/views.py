@@ -1,0 +1,86 @@
+"""Photos as the solver's views of them: two resolutions, cut out around the paper."""
+
+from dataclasses import replace
+from math import ceil, floor
+
+import cv2
+import numpy as np
+
+from folding_server.arrays import Floats
+from folding_server.geometry.similarity import Similarity
+from folding_server.simulator.paper import Paper
+from folding_server.vision.fitting.alignment import Freedom, align
+from folding_server.vision.fitting.scene import FaceStack, Scene, Views, face_stack
+from folding_server.vision.grid import Grid
+from folding_server.vision.labels import is_paper
+from folding_server.vision.pose import Pose
+from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.solver.inner_edges import USUAL_SIGHT, sight
+from folding_server.vision.solver.sheet_motions import locate
+
+COARSE, FINE = 64.0, 160.0
+"""Pixels per sheet unit for searching and for refining."""
+AROUND_STACK = 0.3
+"""How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
+SEARCH_MARGIN = 0.2
+"""How far around the paper to look, in sheet units."""
+
+
+def views_after(paper: Paper, eyes: Eyes, frame: int) -> tuple[Similarity, Views]:
+    """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
+    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
+    found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
+    known = _scene(eyes.frame(max(1, frame - 1), FINE), before)
+    settled = align(face_stack(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
+    fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
+    handheld = after.scales[0] != after.scales[1]
+
+    def closely() -> tuple[Scene, Scene]:
+        """Both photos at their finest."""
+        earlier, later = eyes.closely(max(1, frame - 1)), eyes.closely(frame)
+        return _scene(earlier, before, lit=True), _scene(later, before, lit=True)
+
+    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
+
+
+def views_under(pose: Pose, stack: FaceStack, eyes: Eyes, frame: int, expected: float) -> Views:
+    """A photo as a camera of its own shows it, about where a stack lies; ``expected`` is the agreement to hope for."""
+    points = np.array([p for outline in stack.outlines for p in outline])
+    low, high = points.min(axis=0) - AROUND_STACK, points.max(axis=0) + AROUND_STACK
+    own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
+    scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
+    return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)
+
+
+def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
+    """The part of a photo around its paper and that of the photo before; ``lit`` with its lightness."""
+    corners = [*_paper_corners(before), *_paper_corners(seen)]
+    if not corners:
+        return Scene(seen.grid, seen.labels, seen.two_coloured)
+    points = np.concatenate(corners)
+    return _cropped(seen, points.min(axis=0) - SEARCH_MARGIN, points.max(axis=0) + SEARCH_MARGIN, lit=lit)
+
+
+def _paper_corners(seen: SeenFrame) -> list[Floats]:
+    """Two opposite corners of the box around the paper in the plane, (2, 2); nothing if there is no paper."""
+    rows, cols = np.nonzero(is_paper(seen.labels))
+    return [seen.grid.to_plane([(cols.min(), rows.min()), (cols.max(), rows.max())])] if len(rows) else []
+
+
+def _cropped(seen: SeenFrame, low: Floats, high: Floats, *, lit: bool) -> Scene:
+    """A window of a seen frame, given its lower left and upper right in the plane."""
+    grid, s = seen.grid, seen.grid.pixels_per_unit
+    left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
+    upper, lower = max(0, floor((grid.top - high[1]) * s)), min(grid.rows, ceil((grid.top - low[1]) * s))
+    window_rows = (slice(upper, lower), slice(left, right))
+    window = Grid(grid.left + left / s, grid.top - upper / s, s, lower - upper, right - left)
+    return Scene(
+        window,
+        np.ascontiguousarray(seen.labels[window_rows]),
+        seen.two_coloured,
+        seen.edges[window_rows],
+        light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32)
+        if lit
+        else None,
+    )

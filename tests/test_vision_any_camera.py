@@ -1,0 +1,95 @@
+"""Photos that are framed anew each time: the paper tells the camera, and what was folded."""
+
+import numpy as np
+import pytest
+from folding_schemas.actions import AddVertex, Fold
+from folding_server.simulator import Paper, apply, new_paper
+from folding_server.vision.any_camera import compare_with_photo
+from folding_server.vision.fitting.scene import face_stack
+from folding_server.vision.pose_estimation.estimate import estimates
+from folding_server.vision.pose_estimation.pinhole import Camera, projected
+from folding_server.vision.seeing import see_sequence
+from folding_server.vision.solver import propose
+from framed_anew import SIDE, Standpoint, photo
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from vision_scenes import PhotoList
+
+STANDPOINTS = st.builds(
+    Standpoint,
+    distance=st.floats(2.0, 3.4),
+    roll=st.floats(-180, 180),
+    tilt=st.floats(0, 20),
+    towards=st.floats(0, 360),
+    aside=st.tuples(st.floats(-70, 70), st.floats(-70, 70)),
+)
+FIRST = Standpoint(roll=3.0, tilt=4.0)
+KITE = (Fold(edge=(1, 3), direction=1), AddVertex(edge=(4, 1), position=0.4), Fold(edge=(3, 5), direction=1))
+
+
+def folded(*actions: AddVertex | Fold) -> Paper:
+    paper = new_paper()
+    for action in actions:
+        paper = apply(paper, action)
+    return paper
+
+
+@given(STANDPOINTS)
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_the_folded_paper_tells_where_the_camera_stood(standpoint: Standpoint) -> None:
+    paper = folded(*KITE)
+    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(paper, standpoint)]))
+    (view,) = eyes.pictures(2)
+    camera = estimates([face_stack(paper)], view)[0].camera
+    corners = np.array(list(paper.folded_vertices_coords.values()))
+    found, true = camera.pose(view.frame).to_photo(corners), standpoint.pixels(corners)
+    per_unit = float(np.linalg.norm(np.diff(standpoint.pixels([(0.0, 0.5), (1.0, 0.5)]), axis=0)))
+    assert np.linalg.norm(found - true, axis=1).max() < 0.02 * per_unit
+
+
+@given(
+    st.tuples(*[st.floats(-1, 1)] * 2),
+    st.floats(-3, 3),
+    st.floats(-1, 0.5),
+    st.tuples(*[st.floats(-0.4, 0.4)] * 2),
+)
+def test_a_camera_shows_its_pivot_where_it_says(
+    place: tuple[float, float], roll: float, size: float, tilt: tuple[float, float]
+) -> None:
+    camera = Camera((0.3, 0.7), *place, roll, size, *tilt)
+    shown = projected(camera.homography, np.array([camera.pivot]))[0]
+    assert shown == pytest.approx((place[0] + 0.5, place[1] + 0.5), abs=1e-9)
+
+
+def test_a_fold_is_found_although_the_camera_was_turned_moved_and_tilted() -> None:
+    half = folded(KITE[0])
+    moved = Standpoint(3.1, 70.0, 14.0, 40.0, (60.0, -50.0))
+    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(half, moved)]))
+    plan = propose(new_paper(), eyes, 2)[0]
+    assert plan.action_class == "fold"
+    (crease,) = plan.paper.creases
+    ends = np.array([plan.paper.vertices_coords[v] for v in crease])
+    assert sorted(np.abs(ends[0] - ends[1]).tolist()) == pytest.approx([1.0, 1.0], abs=1e-6)
+    compared = compare_with_photo(plan.paper, eyes, 2)
+    assert compared.match.verdict == "MATCH"
+    assert compared.estimate is not None
+
+
+def test_a_state_is_told_from_another_under_a_new_camera() -> None:
+    eyes = see_sequence(
+        PhotoList([photo(new_paper(), FIRST), photo(folded(*KITE), Standpoint(3.0, 50.0, 12.0))])
+    )
+    right, wrong = (
+        folded(*KITE),
+        folded(KITE[0], AddVertex(edge=(4, 1), position=0.55), Fold(edge=(3, 5), direction=1)),
+    )
+    assert compare_with_photo(right, eyes, 2).match.verdict == "MATCH"
+    assert compare_with_photo(wrong, eyes, 2).match.verdict != "MATCH"
+
+
+def test_a_photo_that_cuts_the_sheet_matches_nothing_and_says_why() -> None:
+    near = Standpoint(distance=1.5, aside=(0.45 * SIDE, 0.0))
+    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(new_paper(), near)]))
+    match = compare_with_photo(new_paper(), eyes, 2).match
+    assert match.verdict != "MATCH"
+    assert "the paper reaches beyond the edge of the photo" in match.words[0]
