@@ -14,7 +14,7 @@ from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, Label
 from folding_server.vision.outline import Outline
 from folding_server.vision.pose import Pose
 from folding_server.vision.raster import draw_labels
-from folding_server.vision.seeing import SeenFrame
+from folding_server.vision.seeing import Observation
 from shapely import LineString, Polygon, unary_union
 
 Bools = npt.NDArray[np.bool_]
@@ -101,7 +101,7 @@ def _opened(mask: npt.NDArray[np.uint8], width: float) -> Bools:
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel) > 0)
 
 
-def scores(seen: SeenFrame, truth: Truth) -> Score:
+def scores(seen: Observation, truth: Truth) -> Score:
     """Shares of pixels, 0 to 1, None where there is nothing to score.
 
     ``accuracy``: known paper pixels labelled right; ``unknown``: true paper, not under a hand, that is
@@ -128,7 +128,7 @@ def scores(seen: SeenFrame, truth: Truth) -> Score:
     }
 
 
-def _inner_shift(seen: SeenFrame, true: LabelImage, where: Bools) -> float | None:
+def _inner_shift(seen: Observation, true: LabelImage, where: Bools) -> float | None:
     border = int(((true == FRONT) & _grown(true == BACK, 3) & where).sum())
     if border < SHORTEST_BORDER:
         return None

@@ -38,7 +38,7 @@ from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.registration import align_paper
-from folding_server.vision.seeing import SeenFrame, see_sequence
+from folding_server.vision.seeing import Observation, see_sequence
 from folding_server.vision.solver.leaves import Leaves, MovingSet
 from folding_server.vision.solver.realise import realise
 
@@ -139,9 +139,9 @@ def _compared(folder: Path, name: str, level: int, seed: int, most: int) -> Iter
     """Every state that competes for each of at most so many frames, evenly spaced, after the first."""
     folded = load_program((folder / "program.json").read_text(encoding="utf-8"))
     papers, steps = keyframe_papers(folded), folded.steps
-    eyes = see_sequence(load_sequence(folder))
+    observer = see_sequence(load_sequence(folder))
     for index in sorted({round(i) for i in np.linspace(1, len(papers) - 1, min(most, len(papers) - 1))}):
-        seen = eyes.frame(index + 1)
+        seen = observer.frame(index + 1)
         ideal = _ideal(papers[index], seen)
         for kind, paper in candidates(papers, steps, index):
             started = time.perf_counter()
@@ -171,7 +171,7 @@ def _after(paper: Paper, actions: Sequence[Action]) -> Paper:
     return paper
 
 
-def _ideal(truth: Paper, seen: SeenFrame) -> Scene:
+def _ideal(truth: Paper, seen: Observation) -> Scene:
     """A perfect label image of the true state where the photo shows it, nothing hidden."""
     motion = align_paper(truth, Scene(seen.grid, seen.labels, seen.two_coloured), seen.scales).motion
     labels = draw_paper(truth, seen.grid, motion)

@@ -125,22 +125,24 @@ def measure(folder: Path, undeclared: bool, name: str) -> dict[str, Any]:
     truth = json.loads((folder / "truth.json").read_text())["frames"]
     started = time.process_time()
     try:
-        eyes = see_sequence(sequence)
+        observer = see_sequence(sequence)
     except PhotoError as error:
         return {"sequence": name, "refused": str(error)}
     learned = time.process_time()
-    seen = [eyes.frame(i + 1, PIXELS_PER_UNIT) for i in range(len(truth))]
+    seen = [observer.frame(i + 1, PIXELS_PER_UNIT) for i in range(len(truth))]
     seconds = time.process_time() - learned
-    truths = [Truth(folder, frame, eyes.pose, photo.grid) for photo, frame in zip(seen, truth, strict=True)]
+    truths = [
+        Truth(folder, frame, observer.pose, photo.grid) for photo, frame in zip(seen, truth, strict=True)
+    ]
     frames = [
-        scores(photo, true) | outline_score(eyes.outlines(photo.frame), true)
+        scores(photo, true) | outline_score(observer.outlines(photo.frame), true)
         for photo, true in zip(seen, truths, strict=True)
     ]
     return {
         "sequence": name,
-        "corner_error_pixels": round(corner_error(eyes.pose, truth[0]), 3),
+        "corner_error_pixels": round(corner_error(observer.pose, truth[0]), 3),
         **summary(frames),
-        "two_coloured": eyes.two_coloured,
+        "two_coloured": observer.two_coloured,
         "learn_seconds": round(learned - started, 3),
         "frame_seconds": round(seconds / len(frames), 3),
         "frames": [{key: _rounded(value) for key, value in frame.items()} for frame in frames],

@@ -10,7 +10,7 @@ from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.motion import ObservedMovement, movement
-from folding_server.vision.seeing import Eyes, see_sequence
+from folding_server.vision.seeing import SequenceObserver, see_sequence
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint
 
 LOOK = Look()
@@ -65,7 +65,7 @@ def film() -> Filmed:
 
 
 @cache
-def eyes_on_film() -> Eyes:
+def eyes_on_film() -> SequenceObserver:
     """The film as it is seen. Tests of one process share it: what it remembers of images is never changed."""
     return see_sequence(film())
 

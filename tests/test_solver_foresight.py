@@ -38,15 +38,15 @@ def test_the_fold_after_a_flip_tells_about_which_axis_it_was(axis: FlipAxis, dir
         Fold(edge=(7, 8), direction=direction),
     )
     papers = states([STRIP_OVER, (Flip(axis=axis),), corner])
-    eyes = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
-    turned, *_ = propose(papers[1], eyes, 3)
+    observer = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
+    turned, *_ = propose(papers[1], observer, 3)
     assert turned.paper == papers[2]
 
 
 def test_without_a_photo_after_it_the_flip_is_one_of_two() -> None:
     papers = states([STRIP_OVER, (Flip(axis="x"),)])
-    eyes = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
-    first, second, *_ = propose(papers[1], eyes, 3)
+    observer = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
+    first, second, *_ = propose(papers[1], observer, 3)
     assert {plan.actions for plan in (first, second)} == {(Flip(axis="x"),), (Flip(axis="y"),)}
     assert abs(first.score - second.score) < 0.001
 
@@ -55,8 +55,8 @@ def test_without_a_photo_after_it_the_flip_is_one_of_two() -> None:
 def test_a_crease_that_is_folded_along_next_tells_how_the_sheet_was_turned_over() -> None:
     diagonal = (Fold(edge=(2, 4), direction=1),)
     papers = states([diagonal, (Unfold(),), (Flip(axis="y=x"),), diagonal])
-    eyes = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
-    turned, *_ = propose(papers[2], eyes, 4)
+    observer = see_sequence(PhotoList([paint(paper, LOOK, seed=i) for i, paper in enumerate(papers)]))
+    turned, *_ = propose(papers[2], observer, 4)
     assert turned.actions in {(Flip(axis="y=x"),), (Flip(axis="y=-x"),)}
-    folded, *_ = propose(turned.paper, eyes, 5)
+    folded, *_ = propose(turned.paper, observer, 5)
     assert not folded.fresh

@@ -24,9 +24,9 @@ def plans(request: pytest.FixtureRequest) -> list[Plan]:
 @cache
 def proposed(folder: Path) -> list[Plan]:
     """The plans for the photos in a folder, made once."""
-    eyes, paper, found = see_sequence(load_sequence(folder / "sailboat")), new_paper(), []
+    observer, paper, found = see_sequence(load_sequence(folder / "sailboat")), new_paper(), []
     for frame in (2, 3, 4):
-        found.append(propose(paper, eyes, frame)[0])
+        found.append(propose(paper, observer, frame)[0])
         paper = found[-1].paper
     return found
 

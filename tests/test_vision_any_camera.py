@@ -7,7 +7,7 @@ from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.pose_estimation.estimate import estimates
-from folding_server.vision.pose_estimation.pinhole import Camera, projected
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, projected
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from framed_anew import SIDE, Standpoint, photo
@@ -38,8 +38,8 @@ def folded(*actions: AddVertex | Fold) -> Paper:
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_the_folded_paper_tells_where_the_camera_stood(standpoint: Standpoint) -> None:
     paper = folded(*KITE)
-    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(paper, standpoint)]))
-    (view,) = eyes.pictures(2)
+    observer = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(paper, standpoint)]))
+    (view,) = observer.pictures(2)
     camera = estimates([face_stack(paper)], view)[0].camera
     corners = np.array(list(paper.folded_vertices_coords.values()))
     found, true = camera.pose(view.frame).to_photo(corners), standpoint.pixels(corners)
@@ -56,7 +56,7 @@ def test_the_folded_paper_tells_where_the_camera_stood(standpoint: Standpoint) -
 def test_a_camera_shows_its_pivot_where_it_says(
     place: tuple[float, float], roll: float, size: float, tilt: tuple[float, float]
 ) -> None:
-    camera = Camera((0.3, 0.7), *place, roll, size, *tilt)
+    camera = PinholeCamera((0.3, 0.7), *place, roll, size, *tilt)
     shown = projected(camera.homography, np.array([camera.pivot]))[0]
     assert shown == pytest.approx((place[0] + 0.5, place[1] + 0.5), abs=1e-9)
 
@@ -64,32 +64,32 @@ def test_a_camera_shows_its_pivot_where_it_says(
 def test_a_fold_is_found_although_the_camera_was_turned_moved_and_tilted() -> None:
     half = folded(KITE[0])
     moved = Standpoint(3.1, 70.0, 14.0, 40.0, (60.0, -50.0))
-    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(half, moved)]))
-    plan = propose(new_paper(), eyes, 2)[0]
+    observer = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(half, moved)]))
+    plan = propose(new_paper(), observer, 2)[0]
     assert plan.action_class == "fold"
     (crease,) = plan.paper.creases
     ends = np.array([plan.paper.vertices_coords[v] for v in crease])
     assert sorted(np.abs(ends[0] - ends[1]).tolist()) == pytest.approx([1.0, 1.0], abs=1e-6)
-    compared = compare_with_photo(plan.paper, eyes, 2)
+    compared = compare_with_photo(plan.paper, observer, 2)
     assert compared.match.verdict == "MATCH"
     assert compared.estimate is not None
 
 
 def test_a_state_is_told_from_another_under_a_new_camera() -> None:
-    eyes = see_sequence(
+    observer = see_sequence(
         PhotoList([photo(new_paper(), FIRST), photo(folded(*KITE), Standpoint(3.0, 50.0, 12.0))])
     )
     right, wrong = (
         folded(*KITE),
         folded(KITE[0], AddVertex(edge=(4, 1), position=0.55), Fold(edge=(3, 5), direction=1)),
     )
-    assert compare_with_photo(right, eyes, 2).match.verdict == "MATCH"
-    assert compare_with_photo(wrong, eyes, 2).match.verdict != "MATCH"
+    assert compare_with_photo(right, observer, 2).match.verdict == "MATCH"
+    assert compare_with_photo(wrong, observer, 2).match.verdict != "MATCH"
 
 
 def test_a_photo_that_cuts_the_sheet_matches_nothing_and_says_why() -> None:
     near = Standpoint(distance=1.5, aside=(0.45 * SIDE, 0.0))
-    eyes = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(new_paper(), near)]))
-    match = compare_with_photo(new_paper(), eyes, 2).match
+    observer = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(new_paper(), near)]))
+    match = compare_with_photo(new_paper(), observer, 2).match
     assert match.verdict != "MATCH"
     assert "the paper reaches beyond the edge of the photo" in match.words[0]

@@ -16,7 +16,7 @@ from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour, is
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.registration import align_paper, coarser
-from folding_server.vision.seeing import SeenFrame, see_sequence
+from folding_server.vision.seeing import Observation, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_drawings import label_image, label_polygons
@@ -34,13 +34,13 @@ def folded(position: float = 0.4) -> Paper:
 
 def seen_as(
     paper: Paper, motion: Isometry, scales: tuple[float, float] = (1.0, 1.0), two: bool = True
-) -> SeenFrame:
+) -> Observation:
     """A photo that shows just this."""
     labels = label_image(paper, GRID, motion)
     if not two:
         labels = as_one_colour(labels)
     nothing = np.zeros(labels.shape, np.float32)
-    return SeenFrame(2, labels, np.zeros((*labels.shape, 3), np.uint8), nothing, nothing, GRID, two, scales)
+    return Observation(2, labels, np.zeros((*labels.shape, 3), np.uint8), nothing, nothing, GRID, two, scales)
 
 
 def similarity(dx: float, dy: float, clockwise: float, scale: float = 1.0) -> Isometry:
@@ -232,7 +232,7 @@ def test_one_colour_matches_know_only_paper() -> None:
 def test_a_wide_disagreement_is_no_match_however_much_agrees() -> None:
     strip = [(0.4, 0.4), (0.5, 0.4), (0.5, 0.5), (0.4, 0.5)]
     seen = seen_as(new_paper(), similarity(0, 0, 0))
-    marked = SeenFrame(
+    marked = Observation(
         2, label_polygons([SQUARE, strip], [False, True], GRID), *list(vars(seen).values())[2:]
     )
     match = compare(new_paper(), marked)
@@ -281,8 +281,8 @@ def test_outline_distance_is_in_sheet_units() -> None:
 def test_from_photo_to_overlay() -> None:
     look = Look()
     motion = similarity(0.02, 0.01, 3.0)
-    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(folded(), look, motion, seed=1)]))
-    seen = eyes.frame(2, 150)
+    observer = see_sequence(PhotoList([paint(new_paper(), look), paint(folded(), look, motion, seed=1)]))
+    seen = observer.frame(2, 150)
     match = compare(folded(), seen)
     assert match.verdict == "MATCH"
     assert match.agreement > 0.98

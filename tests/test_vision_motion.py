@@ -53,8 +53,8 @@ def test_hands_in_the_images_between_are_unknown() -> None:
 
 def test_a_sequence_of_photos_alone_has_no_motion() -> None:
     photos = PhotoList([paint(new_paper(), LOOK), paint(fold(halves(), (5, 6), 1), LOOK, seed=1)])
-    eyes = see_sequence(photos)
+    observer = see_sequence(photos)
     assert not isinstance(photos, Film)
-    assert eyes.between(2) == ()
-    assert movement(eyes, 2) is None
+    assert observer.between(2) == ()
+    assert movement(observer, 2) is None
     assert eyes_on_film().between(1) == ()

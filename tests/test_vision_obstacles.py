@@ -65,9 +65,11 @@ def test_a_brown_hand_on_a_wooden_table_is_unknown(skin: tuple[int, int, int]) -
     cv2.line(hand, (SIDE // 2 - 40, SIDE // 2 + 50), (SIDE // 2 - 40, SIDE // 2 + 10), 1, 14)
     lit = np.array(skin) + np.random.default_rng(4).normal(0, 2.5, (SIDE, SIDE, 3))
     photos[2] = np.where(hand[..., None] > 0, lit, photos[2]).astype(np.uint8)
-    eyes = see_sequence(PhotoList(photos))
-    seen, bare = eyes.frame(3, 180), eyes.frame(2, 180)
-    rectified, inside = eyes.pose.rectify(cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid)
+    observer = see_sequence(PhotoList(photos))
+    seen, bare = observer.frame(3, 180), observer.frame(2, 180)
+    rectified, inside = observer.pose.rectify(
+        cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid
+    )
     covered = (rectified[..., 0] > 200) & inside
     assert (seen.labels == UNKNOWN)[covered].mean() > 0.9
     far = cv2.dilate(covered.astype(np.uint8), np.ones((21, 21), np.uint8)) == 0
@@ -99,9 +101,11 @@ def test_a_hand_of_about_the_colour_of_the_back_is_no_paper(
     for mask, colour in ((arm, (40, 70, 130)), (hand, skin)):
         lit = np.array(colour) + np.random.default_rng(4).normal(0, 2.0, (SIDE, SIDE, 3))
         photos[2] = np.where(mask[..., None] > 0, lit, photos[2]).astype(np.uint8)
-    eyes = see_sequence(PhotoList(photos))
-    seen = eyes.frame(3, 180)
-    rectified, inside = eyes.pose.rectify(cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid)
+    observer = see_sequence(PhotoList(photos))
+    seen = observer.frame(3, 180)
+    rectified, inside = observer.pose.rectify(
+        cv2.cvtColor(hand * np.uint8(255), cv2.COLOR_GRAY2RGB), seen.grid
+    )
     covered = (rectified[..., 0] > 200) & inside
     assert (seen.labels == BACK)[covered].mean() < 0.05
     assert (seen.labels == FRONT)[~covered & (label_image(flat, seen.grid) == FRONT)].mean() > 0.9
@@ -162,8 +166,8 @@ def test_a_table_of_many_browns_is_no_skin() -> None:
         on_table(p, look, t, i)
         for i, (p, t) in enumerate(zip((new_paper(), folded, folded), tables, strict=True))
     ]
-    eyes = see_sequence(PhotoList(photos))
+    observer = see_sequence(PhotoList(photos))
     for frame in (2, 3):
-        seen = eyes.frame(frame, 180)
-        _, inside = eyes.pose.rectify(photos[frame - 1], seen.grid)
+        seen = observer.frame(frame, 180)
+        _, inside = observer.pose.rectify(photos[frame - 1], seen.grid)
         assert (seen.labels == UNKNOWN)[inside].mean() < 0.1

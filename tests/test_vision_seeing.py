@@ -16,7 +16,7 @@ from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
-from folding_server.vision.seeing import Eyes, see_sequence
+from folding_server.vision.seeing import SequenceObserver, see_sequence
 from paper_drawings import label_image, label_polygons
 from papers import states
 from paths import EXAMPLES
@@ -60,8 +60,8 @@ def test_undeclared_colours_are_found(look: Look) -> None:
 
 
 def test_declared_colours_may_be_far_off() -> None:
-    eyes = see_sequence(two_photos(Look(back=(150, 50, 60)), front_color="white", back_color="orange"))
-    seen = eyes.frame(2, 90)
+    observer = see_sequence(two_photos(Look(back=(150, 50, 60)), front_color="white", back_color="orange"))
+    seen = observer.frame(2, 90)
     assert share_right(seen.labels, label_image(half_turned_back(), seen.grid)) > 0.985
 
 
@@ -83,8 +83,8 @@ def test_hand_and_sleeve_are_unknown_and_the_paper_around_them_is_right() -> Non
     photo = paint(triangle(), look)
     cv2.line(photo, (SIDE, SIDE // 2), (SIDE // 2, SIDE // 2 + 30), (205, 150, 115), 40)
     cv2.line(photo, (SIDE, SIDE // 2), (SIDE - 60, SIDE // 2 + 10), (40, 60, 130), 46)
-    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
-    seen = eyes.frame(3, 90)
+    observer = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
+    seen = observer.frame(3, 90)
     place = seen.grid.to_pixel([[0.62, 0.4], [1.35, 0.48]]).round().astype(int)
     assert all(seen.labels[row, column] == UNKNOWN for column, row in place)
     truth = label_image(triangle(), seen.grid)
@@ -97,8 +97,8 @@ def test_a_sleeve_of_the_papers_colour_is_no_paper() -> None:
     photo = paint(triangle(), look)
     cv2.line(photo, (SIDE, SIDE // 2), (SIDE // 2, SIDE // 2 + 30), (205, 150, 115), 40)
     cv2.line(photo, (SIDE, SIDE // 2), (SIDE - 60, SIDE // 2 + 10), look.back, 60)
-    eyes = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
-    seen = eyes.frame(3, 90)
+    observer = see_sequence(PhotoList([paint(new_paper(), look), paint(triangle(), look, seed=2), photo]))
+    seen = observer.frame(3, 90)
     column, row = seen.grid.to_pixel([1.42, 0.48]).round().astype(int)
     assert seen.labels[row, column] == UNKNOWN
     assert share_right(seen.labels, label_image(triangle(), seen.grid)) > 0.98
@@ -117,10 +117,10 @@ def test_a_shadow_on_the_table_is_table() -> None:
     shadow = np.ones((SIDE, SIDE), np.float32)
     cv2.rectangle(shadow, (230, 60), (330, 160), 0.6, cv2.FILLED)
     photo *= cv2.GaussianBlur(shadow, (0, 0), 8)[..., None]
-    eyes = see_sequence(
+    observer = see_sequence(
         PhotoList([paint(new_paper(), look), paint(triangle(), look), photo.astype(np.uint8)])
     )
-    seen = eyes.frame(3, 90)
+    seen = observer.frame(3, 90)
     column, row = seen.grid.to_pixel([1.05, 0.9]).round().astype(int)
     assert seen.labels[row, column] == BACKGROUND
     assert share_right(seen.labels, label_image(triangle(), seen.grid)) > 0.985
@@ -128,9 +128,9 @@ def test_a_shadow_on_the_table_is_table() -> None:
 
 def test_frames_are_the_same_each_time_and_remembered() -> None:
     photos = two_photos(Look())
-    eyes = see_sequence(photos)
-    assert eyes.frame(2, 64) is eyes.frame(2, 64)
-    assert np.array_equal(eyes.frame(2, 64).labels, see_sequence(photos).frame(2, 64).labels)
+    observer = see_sequence(photos)
+    assert observer.frame(2, 64) is observer.frame(2, 64)
+    assert np.array_equal(observer.frame(2, 64).labels, see_sequence(photos).frame(2, 64).labels)
 
 
 def test_a_frame_that_does_not_exist_is_refused() -> None:
@@ -167,18 +167,18 @@ def test_ray_traced_photos_are_labelled_right(name: str, frames: tuple[int, ...]
 
 
 def assert_labelled_right(folder: Path, frames: tuple[int, ...]) -> None:
-    eyes = see_sequence(load_sequence(folder))
+    observer = see_sequence(load_sequence(folder))
     truth = json.loads((folder / "truth.json").read_text())["frames"]
     for frame in frames:
-        seen = eyes.frame(frame, 160)
-        assert share_right(seen.labels, drawn_truth(truth[frame - 1], eyes, seen.grid)) > 0.97
+        seen = observer.frame(frame, 160)
+        assert share_right(seen.labels, drawn_truth(truth[frame - 1], observer, seen.grid)) > 0.97
         assert (seen.labels == UNKNOWN)[100:300, 100:300].mean() < 0.25
 
 
-def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> LabelImage:
+def drawn_truth(frame: dict[str, Any], observer: SequenceObserver, grid: Grid) -> LabelImage:
     pixels = vertex_pixels(frame)
     places = dict(
-        zip(pixels, eyes.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True)
+        zip(pixels, observer.pose.to_plane(np.array(list(pixels.values())) - 0.5).tolist(), strict=True)
     )
     polygons = [[tuple(places[str(v)]) for v in frame["faces"][str(f)]] for f in frame["order"]]
     return label_polygons(polygons, [bool(frame["orientations"][str(f)]) for f in frame["order"]], grid)
@@ -191,9 +191,9 @@ def drawn_truth(frame: dict[str, Any], eyes: Eyes, grid: Grid) -> LabelImage:
     ids=["square", "triangle", "flat triangle", "band"],
 )
 def test_paper_on_a_blackboard_matches_what_was_drawn(outlines: tuple[Outline, ...]) -> None:
-    eyes = see_sequence(PhotoList([board(SQUARE), board(*outlines, seed=1)]))
-    seen = eyes.frame(2, 160)
-    drawn, _ = eyes.pose.rectify(covered(*outlines), seen.grid)
+    observer = see_sequence(PhotoList([board(SQUARE), board(*outlines, seed=1)]))
+    seen = observer.frame(2, 160)
+    drawn, _ = observer.pose.rectify(covered(*outlines), seen.grid)
     true, paper = drawn[..., 0] > 127, is_paper(seen.labels)
     assert (true & paper).sum() / (true | paper).sum() >= 0.97
 
@@ -203,10 +203,10 @@ def test_paper_on_a_blackboard_matches_what_was_drawn(outlines: tuple[Outline, .
 @pytest.mark.parametrize("name", sorted(MASKS))
 def test_phone_photos_on_a_blackboard_match_outlines_drawn_by_eye(name: str) -> None:
     photos = PhotoList([read_rgb(PHOTOS / "blackboard" / n) for n in ("IMG_6365.jpg", name)])
-    eyes = see_sequence(photos)
-    seen = eyes.frame(2, 160)
+    observer = see_sequence(photos)
+    seen = observer.frame(2, 160)
     fine = grid_over(160 * 4)
-    outline = fine.to_pixel(eyes.pose.to_plane(np.array(MASKS[name]) - 0.5))
+    outline = fine.to_pixel(observer.pose.to_plane(np.array(MASKS[name]) - 0.5))
     mask = np.zeros((fine.rows, fine.cols), np.uint8)
     cv2.fillPoly(mask, [np.rint(outline * 16).astype(np.int32)], 1, cv2.LINE_8, 4)
     true, paper = mask[2::4, 2::4] > 0, is_paper(seen.labels)
@@ -234,11 +234,11 @@ def zoomed(photo: RgbImage, zoom: float) -> RgbImage:
     return cv2.warpAffine(photo, motion, photo.shape[1::-1], borderMode=cv2.BORDER_REFLECT)
 
 
-def assert_seen_by_a_moving_camera(eyes: Eyes) -> None:
-    assert eyes.scales[0] < 1 < eyes.scales[1]
+def assert_seen_by_a_moving_camera(observer: SequenceObserver) -> None:
+    assert observer.scales[0] < 1 < observer.scales[1]
     shares = []
     for frame in range(1, 5):
-        seen = eyes.frame(frame, 100)
+        seen = observer.frame(frame, 100)
         paper = is_paper(seen.labels).sum()
         shares.append((seen.labels == BACK).sum() / paper)
         assert paper > 3000

@@ -14,7 +14,7 @@ from folding_schemas.actions import Action, Program
 from folding_server.errors import FoldingError
 from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import new_paper
-from folding_server.vision.seeing import Eyes, see_sequence
+from folding_server.vision.seeing import SequenceObserver, see_sequence
 from folding_server.vision.solver import propose
 
 LONGEST_RUN = 3600.0
@@ -50,20 +50,22 @@ def solve(folder: Path) -> Reconstruction:
     opening, reason = 0.0, ""
     try:
         sequence = load_sequence(folder)
-        eyes = see_sequence(sequence)
+        observer = see_sequence(sequence)
         opening = time.perf_counter() - started
-        _follow(eyes, sequence.frame_count, steps, seconds)
+        _follow(observer, sequence.frame_count, steps, seconds)
     except FoldingError as error:
         reason = str(error)
     return Reconstruction(tuple(steps), tuple(seconds), opening, _own_peak(), not reason, reason)
 
 
-def _follow(eyes: Eyes, frames: int, steps: list[tuple[Action, ...]], seconds: list[float]) -> None:
+def _follow(
+    observer: SequenceObserver, frames: int, steps: list[tuple[Action, ...]], seconds: list[float]
+) -> None:
     """Append the actions and the seconds of every transition."""
     paper = new_paper()
     for frame in range(2, frames + 1):
         started = time.perf_counter()
-        best = propose(paper, eyes, frame)[0]
+        best = propose(paper, observer, frame)[0]
         seconds.append(time.perf_counter() - started)
         steps.append(best.actions)
         paper = best.paper

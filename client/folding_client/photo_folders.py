@@ -8,7 +8,7 @@ from natsort import natsorted, ns
 
 from folding_client.interrupts import UsageError
 
-PHOTO_ENDINGS = (".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".avif", ".tif", ".tiff", ".bmp")
+PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".avif", ".tif", ".tiff", ".bmp")
 """Endings of the names of photos, in any case."""
 MANIFEST = "keyframes.json"
 FEWEST = 2
@@ -24,7 +24,9 @@ def as_sequence(folder: Path, say: Callable[[str], None]) -> None:
     """
     if not folder.is_dir() or (folder / MANIFEST).exists():
         return
-    photos = [p for p in folder.iterdir() if p.suffix.lower() in PHOTO_ENDINGS and not p.name.startswith(".")]
+    photos = [
+        p for p in folder.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES and not p.name.startswith(".")
+    ]
     if len(photos) < FEWEST:
         return
     by_name = natsorted(photos, key=lambda path: path.name, alg=ns.IGNORECASE)

@@ -28,9 +28,9 @@ _SIGNATURES = (
     (b"\xff\xd8\xff", 0, "cut off near its start"),
     (b"\x89PNG\r\n", 0, "cut off near its start"),
 )
-FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "MPO")
+PHOTO_FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "MPO")
 """Formats that Pillow reads itself, as it calls them."""
-READ = "JPEG, PNG, HEIC, WebP, AVIF, TIFF or BMP"
+READ_FORMATS = "JPEG, PNG, HEIC, WebP, AVIF, TIFF or BMP"
 """What is read, in words."""
 _HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 """The brands by which a HEIC file says what it is, after its first box."""
@@ -59,7 +59,7 @@ class EncodedImage:
 
 
 def decode(path: Path, longest: int | None = None) -> RgbImage:
-    """The photo at `path`, of one of the formats READ, as RGB, shape (height, width, 3), upright, on white where transparent.
+    """The photo at `path`, of one of the formats READ_FORMATS, as RGB, shape (height, width, 3), upright, on white where transparent.
 
     With `longest` the picture is scaled down until its longest side is at most that many pixels.
     Raises PhotoError for a missing file, another format, a broken or cut-off file, and impossible sizes.
@@ -131,9 +131,11 @@ def _open(data: bytes, called: str) -> Image.Image:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return _heif(data) if _is_heif(data) else Image.open(io.BytesIO(data), formats=FORMATS)
+            return _heif(data) if _is_heif(data) else Image.open(io.BytesIO(data), formats=PHOTO_FORMATS)
     except UnidentifiedImageError as error:
-        raise PhotoError(f"{called} is {_what(data)}, no {READ} image: save it as JPEG or PNG") from error
+        raise PhotoError(
+            f"{called} is {_what(data)}, no {READ_FORMATS} image: save it as JPEG or PNG"
+        ) from error
     except Image.DecompressionBombError as error:
         raise PhotoError(
             f"{called} has too many pixels: at most {MAX_PIXELS // 10**6} million are read"

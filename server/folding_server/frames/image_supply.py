@@ -10,9 +10,9 @@ from natsort import natsorted, ns
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import decode_bytes
-from folding_server.frames.sources import SUFFIXES
+from folding_server.frames.sources import IMAGE_SUFFIXES
 
-PHOTO_ENDINGS = tuple(f".{suffix}" for suffix in SUFFIXES)
+PHOTO_ENDINGS = tuple(f".{suffix}" for suffix in IMAGE_SUFFIXES)
 
 
 class SuppliedImage(Protocol):

@@ -10,9 +10,9 @@ from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import decode
 
-SUFFIXES = ("jpg", "jpeg", "png", "heic", "heif", "webp", "avif", "tif", "tiff", "bmp")
+IMAGE_SUFFIXES = ("jpg", "jpeg", "png", "heic", "heif", "webp", "avif", "tif", "tiff", "bmp")
 """Endings of the names of photos that are read, in any case."""
-_IMAGE_NAME = re.compile(rf"(?:.*[^0-9])?([0-9]{{1,8}})\.({'|'.join(SUFFIXES)})", re.IGNORECASE)
+_IMAGE_NAME = re.compile(rf"(?:.*[^0-9])?([0-9]{{1,8}})\.({'|'.join(IMAGE_SUFFIXES)})", re.IGNORECASE)
 """A photo whose name ends in a number: as a camera calls it, or the number alone."""
 
 

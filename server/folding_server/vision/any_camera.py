@@ -8,11 +8,11 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.comparison import Match, compare
 from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
-from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.seeing import Observation, SequenceObserver
 
-AROUND = 0.3
+TABLE_AROUND = 0.3
 """How far around the paper the table is looked at, in sheet units: its colour is told there."""
-BETTER = 0.01
+BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
 
@@ -23,36 +23,36 @@ class PhotoComparison:
     """
 
     match: Match
-    seen: SeenFrame
-    observer: Eyes
+    seen: Observation
+    observer: SequenceObserver
     estimate: PoseEstimate | None = None
 
 
-def compare_with_photo(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison:
+def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> PhotoComparison:
     """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little.
 
     PhotoError if there is no such photo.
     """
-    seen = eyes.frame(frame)
-    first = PhotoComparison(compare(paper, seen), seen, eyes)
-    if frame == 1 or first.match.verdict == "MATCH" or eyes.stands(frame):
+    seen = observer.frame(frame)
+    first = PhotoComparison(compare(paper, seen), seen, observer)
+    if frame == 1 or first.match.verdict == "MATCH" or observer.stands(frame):
         return first
-    other = _under_own_camera(paper, eyes, frame)
-    if other is None or other.match.agreement < first.match.agreement + BETTER:
+    other = _under_own_camera(paper, observer, frame)
+    if other is None or other.match.agreement < first.match.agreement + BETTER_BY:
         return first
     return other
 
 
-def _under_own_camera(paper: Paper, eyes: Eyes, frame: int) -> PhotoComparison | None:
+def _under_own_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PhotoComparison | None:
     """The comparison under the camera that shows the paper best; None if the photo shows no paper."""
     stack = face_stack(paper)
-    found = [(view, e) for view in eyes.pictures(frame) for e in estimates([stack], view)[:1]]
+    found = [(view, e) for view in observer.pictures(frame) for e in estimates([stack], view)[:1]]
     if not found:
         return None
     view, estimate = max(found, key=lambda pair: pair[1].value)
     points = np.array([p for outline in stack.outlines for p in outline])
-    low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    low, high = points.min(axis=0) - TABLE_AROUND, points.max(axis=0) + TABLE_AROUND
     pose = estimate.camera.pose(view.frame)
-    own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    own = observer.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
     seen = replace(own.frame(frame), scales=(1.0, 1.0))
     return PhotoComparison(compare(paper, seen), seen, own, estimate)

@@ -20,7 +20,7 @@ from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, 
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
 from folding_server.vision.registration import Alignment, align_paper
-from folding_server.vision.seeing import SeenFrame
+from folding_server.vision.seeing import Observation
 
 MATCHING_AGREEMENT = 0.965
 """Share of agreeing pixels that a match needs."""
@@ -30,7 +30,7 @@ MATCHING_WIDTH = 0.04
 """Sheet units that the widest disagreement of a match may measure across."""
 MATCHING_OUTLINE = 0.02
 """Mean distance of the outlines of a match, in sheet units, at most."""
-CUT_OFF = 0.05
+CUT_LIMIT = 0.05
 """Sheet units along which the paper may reach to the edge of a photo that still shows all of it."""
 CUT = "the paper reaches beyond the edge of the photo along {:.2f} of the sheet's side, so it shows only a part: use a photo that shows all of it"
 HARDLY_ANY = 0.003
@@ -57,7 +57,7 @@ class Match:
     the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
     sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`. ``hidden`` is the share of the predicted
     paper that something hides in the photo: from HIDDEN_LIMIT on the verdict is never more than a MISMATCH either way.
-    ``cut`` is along how much of its outline, in sheet units, the paper reaches to the edge of the photo: from CUT_OFF on
+    ``cut`` is along how much of its outline, in sheet units, the paper reaches to the edge of the photo: from CUT_LIMIT on
     nothing is a MATCH, and neither is what has an outline further off than MATCHING_OUTLINE.
     """
 
@@ -80,12 +80,12 @@ class Match:
         """The largest discrepancies, one sentence each, regions first, largest first."""
         if self.hidden >= HIDDEN_LIMIT:
             return [HIDES.format(self.hidden)]
-        if self.cut >= CUT_OFF:
+        if self.cut >= CUT_LIMIT:
             return [CUT.format(self.cut), *(str(d) for d in self.discrepancies)][:MOST_WORDS]
         return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
 
-def compare(paper: Paper, seen: SeenFrame) -> Match:
+def compare(paper: Paper, seen: Observation) -> Match:
     """Compare a folded sheet with a photo after the best small motion."""
     scene = Scene(seen.grid, seen.labels, seen.two_coloured)
     alignment = align_paper(paper, scene, seen.scales)
@@ -97,7 +97,7 @@ def compare(paper: Paper, seen: SeenFrame) -> Match:
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
     hidden, cut = hidden_share(predicted, seen.labels), seen.cut
-    tells = hidden < HIDDEN_LIMIT and cut < CUT_OFF and mean <= MATCHING_OUTLINE
+    tells = hidden < HIDDEN_LIMIT and cut < CUT_LIMIT and mean <= MATCHING_OUTLINE
     verdict = judge(alignment.agreement, found, lines)
     if (verdict == "MATCH" and not tells) or hidden >= HIDDEN_LIMIT:
         verdict = "MISMATCH"
@@ -139,7 +139,7 @@ def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = N
     return "MATCH" if matches else "MISMATCH"
 
 
-def class_iou(predicted: LabelImage, seen: SeenFrame) -> dict[str, float]:
+def class_iou(predicted: LabelImage, seen: Observation) -> dict[str, float]:
     """Intersection over union by class where the photo's class is known."""
     known = seen.labels != UNKNOWN
     smallest = max(1.0, HARDLY_ANY * seen.grid.pixels_per_unit**2)

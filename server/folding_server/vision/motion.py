@@ -10,7 +10,7 @@ import numpy.typing as npt
 from folding_server.arrays import Float32s, Image, Mask
 from folding_server.vision.colours import to_lab
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, is_paper
-from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.seeing import Observation, SequenceObserver
 
 LEAST_CHANGE, NOISY_CHANGE = 3.5, 7.0
 """Distances in Lab from which a pixel no longer shows what it did, changes of the light allowed for: in still pictures
@@ -34,7 +34,7 @@ class ObservedMovement:
     known and the others are 0. All are 0 off the paper.
     """
 
-    before: SeenFrame
+    before: Observation
     moved: Image
     turned: Image
     bared: Image
@@ -42,13 +42,15 @@ class ObservedMovement:
     images: int
 
 
-def movement(eyes: Eyes, frame: int, pixels_per_unit: float = 64.0) -> ObservedMovement | None:
+def movement(
+    observer: SequenceObserver, frame: int, pixels_per_unit: float = 64.0
+) -> ObservedMovement | None:
     """What moved between photos ``frame`` - 1 and ``frame``; None if the sequence has no images in between."""
-    images = eyes.between(frame, pixels_per_unit)
-    return disturbed(eyes.frame(frame - 1, pixels_per_unit), images) if images else None
+    images = observer.between(frame, pixels_per_unit)
+    return disturbed(observer.frame(frame - 1, pixels_per_unit), images) if images else None
 
 
-def disturbed(before: SeenFrame, images: Sequence[SeenFrame]) -> ObservedMovement:
+def disturbed(before: Observation, images: Sequence[Observation]) -> ObservedMovement:
     """Where the paper of a photo looks different in later images of the same grid."""
     scale = before.grid.pixels_per_unit
     paper = cv2.erode(is_paper(before.labels).astype(np.uint8), _square(AT_EDGES * scale)) > 0
@@ -67,7 +69,7 @@ def _share(shown: Sequence[Mask], free: Sequence[Mask]) -> Image:
     return np.asarray(times / np.maximum(np.sum(free, axis=0), 1), np.float32)
 
 
-def _near_hands(image: SeenFrame) -> Mask:
+def _near_hands(image: Observation) -> Mask:
     """Where hands are, or near."""
     hidden = (image.labels == UNKNOWN).astype(np.uint8)
     return np.asarray(cv2.dilate(hidden, _square(AROUND_HANDS * image.grid.pixels_per_unit)) > 0)
@@ -79,7 +81,7 @@ def _square(reach: float) -> npt.NDArray[np.uint8]:
     return np.ones((side, side), np.uint8)
 
 
-def _different(before: SeenFrame, image: SeenFrame, free: Mask) -> Mask:
+def _different(before: Observation, image: Observation, free: Mask) -> Mask:
     """Pixels that look different; the light may have changed as a whole."""
     step = _soft(image) - _soft(before)
     if free.any():
@@ -97,5 +99,5 @@ def _calm(steps: Float32s) -> float:
     )
 
 
-def _soft(seen: SeenFrame) -> Image:
+def _soft(seen: Observation) -> Image:
     return to_lab(np.asarray(cv2.blur(seen.rgb, (3, 3)), np.uint8))

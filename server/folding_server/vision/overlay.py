@@ -15,7 +15,7 @@ from folding_server.vision.grid import Grid
 from folding_server.vision.labels import UNKNOWN, is_paper
 from folding_server.vision.outline import Outline
 from folding_server.vision.raster import draw_paper
-from folding_server.vision.seeing import SeenFrame
+from folding_server.vision.seeing import Observation
 
 OUTLINE = (255, 0, 200)
 LAYER = (0, 200, 255)
@@ -28,7 +28,7 @@ TABLE_MARGIN = 0.12
 
 
 def draw_overlay(
-    paper: Paper, seen: SeenFrame, match: Match, size: int = 768, outlines: Sequence[Outline] = ()
+    paper: Paper, seen: Observation, match: Match, size: int = 768, outlines: Sequence[Outline] = ()
 ) -> RgbImage:
     """The rectified photo around the paper, longest side ``size`` pixels, RGB.
 
@@ -78,7 +78,7 @@ def visible_lines(paper: Paper, grid: Grid, motion: Similarity) -> tuple[Mask, M
     return np.asarray(silhouette), visible_borders(paper, grid, motion).all
 
 
-def _window(match: Match, seen: SeenFrame) -> tuple[int, int, int, int]:
+def _window(match: Match, seen: Observation) -> tuple[int, int, int, int]:
     """Left, upper, right, lower pixels around all paper."""
     rows, cols = np.nonzero(is_paper(seen.labels) | is_paper(match.predicted))
     if not len(rows):

@@ -16,7 +16,7 @@ from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos
 from folding_server.vision.pose import Pose, pose_of
-from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, look
+from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, picture_views
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import find_square
@@ -43,7 +43,7 @@ NEW_CAMERA = (0.96, 1.04)
 
 
 @dataclass(frozen=True)
-class SeenFrame:
+class Observation:
     """One photo, seen straight from above.
 
     ``labels``      (rows, cols) uint8, see :mod:`folding_server.vision.labels`
@@ -97,7 +97,7 @@ class _Working:
 
 
 @dataclass(frozen=True)
-class Eyes:
+class SequenceObserver:
     """A sequence's pose and palette; segments photos when they are asked for, and remembers them."""
 
     photos: Photos
@@ -106,12 +106,14 @@ class Eyes:
     scales: tuple[float, float]
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
     reach: Reach = FIELD_OF_VIEW
-    _seen: dict[tuple[int, float], SeenFrame] = field(default_factory=dict, repr=False, compare=False)
-    _between: dict[tuple[int, float, int], tuple[SeenFrame, ...]] = field(
+    _seen: dict[tuple[int, float], Observation] = field(default_factory=dict, repr=False, compare=False)
+    _between: dict[tuple[int, float, int], tuple[Observation, ...]] = field(
         default_factory=dict, repr=False, compare=False
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
-    _others: dict[tuple[Pose, Reach], "Eyes"] = field(default_factory=dict, repr=False, compare=False)
+    _others: dict[tuple[Pose, Reach], "SequenceObserver"] = field(
+        default_factory=dict, repr=False, compare=False
+    )
     _pictures: dict[int, tuple[PictureView, ...]] = field(default_factory=dict, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
@@ -121,24 +123,26 @@ class Eyes:
         """Whether front and back can be told apart."""
         return self.palette.back is not None
 
-    def under(self, pose: Pose, reach: Reach = FIELD_OF_VIEW) -> "Eyes":
+    def under(self, pose: Pose, reach: Reach = FIELD_OF_VIEW) -> "SequenceObserver":
         """The same photos as another camera shows them, of which only one is of use, within left, bottom, right and top of the
         plane; the last few are remembered.
         """
         key = (pose, reach)
         if key not in self._others:
             _drop_oldest(self._others, OTHERS_KEPT)
-            self._others[key] = Eyes(self.photos, pose, anywhere(self.palette), NEW_CAMERA, reach=reach)
+            self._others[key] = SequenceObserver(
+                self.photos, pose, anywhere(self.palette), NEW_CAMERA, reach=reach
+            )
         return self._others[key]
 
     def pictures(self, number: int) -> tuple[PictureView, ...]:
         """A photo in its own coordinates, whatever the camera, one view for each piece that may be the sheet."""
         if number not in self._pictures:
             _drop_oldest(self._pictures, FRAMES_KEPT)
-            self._pictures[number] = look(self.photos.photo(number), self.palette)
+            self._pictures[number] = picture_views(self.photos.photo(number), self.palette)
         return self._pictures[number]
 
-    def frame(self, number: int, pixels_per_unit: float = 96.0) -> SeenFrame:
+    def frame(self, number: int, pixels_per_unit: float = 96.0) -> Observation:
         """A photo's labels on a grid over FIELD_OF_VIEW. PhotoError if there is no such photo."""
         key = (number, pixels_per_unit)
         if key not in self._seen:
@@ -150,7 +154,7 @@ class Eyes:
 
     def between(
         self, number: int, pixels_per_unit: float = 64.0, count: int = USUAL_BETWEEN
-    ) -> tuple[SeenFrame, ...]:
+    ) -> tuple[Observation, ...]:
         """Up to ``count`` of the images between photos ``number`` - 1 and ``number``, in order, seen like photos.
 
         Hands are UNKNOWN in them; inner lines are not looked for. Empty for frame 1 and where the sequence has
@@ -169,7 +173,7 @@ class Eyes:
             )
         return self._between[key]
 
-    def closely(self, number: int) -> SeenFrame:
+    def closely(self, number: int) -> Observation:
         """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST_CLASSES."""
         seen = self.frame(number, _finest_grid(self.pose, self.reach).pixels_per_unit)
         rgb, _ = self.pose.rectify(self.photos.photo(number), seen.grid)
@@ -208,7 +212,7 @@ class Eyes:
         unknown = resampled(found.unknown.astype(np.float32), old, grid) > 0.01
         return inner_lines(rgb, np.asarray(shares, np.float32), np.asarray(unknown), grid.pixels_per_unit)
 
-    def _as_seen(self, number: int, working: _Working, grid: Grid) -> SeenFrame:
+    def _as_seen(self, number: int, working: _Working, grid: Grid) -> Observation:
         """The working pictures on the grid that was asked for."""
         old = _working_grid(self.pose, self.reach)
         shares = np.asarray(resampled(working.shares, old, grid), np.float32)
@@ -220,12 +224,12 @@ class Eyes:
         rgb = np.asarray(resampled(working.rgb, old, grid), np.uint8)
         edges = strongest_near(working.edges, _finest_grid(self.pose, self.reach), grid)
         outside = np.asarray(resampled(working.outside.astype(np.float32), old, grid) > 0.5)
-        return SeenFrame(
+        return Observation(
             number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales, outside
         )
 
 
-def see_sequence(photos: Photos) -> Eyes:
+def see_sequence(photos: Photos) -> SequenceObserver:
     """Find the sheet in frame 1 and learn the colours. PhotoError if frame 1 shows no flat square."""
     corners = find_square(photos.photo(1), f"Frame 1 of {photos.name}")
     pose = pose_of(corners)
@@ -233,7 +237,7 @@ def see_sequence(photos: Photos) -> Eyes:
     grid = _working_grid(pose)
     rgb, seen = pose.rectify(photos.photo(1), grid)
     memory = remember(smoothed_lab(rgb), seen, grid, palette.table)
-    return Eyes(photos, pose, palette, scales_of(photos, pose, palette), memory)
+    return SequenceObserver(photos, pose, palette, scales_of(photos, pose, palette), memory)
 
 
 def _working_grid(pose: Pose, reach: Reach = FIELD_OF_VIEW) -> Grid:

@@ -18,7 +18,7 @@ from folding_server.workers.worker_process import WorkerProcess
 MOST_BY_DEFAULT = 2
 """Worker processes where nothing is said: each takes up to 400 MB."""
 PLACES_KEPT = 4
-"""Places that a worker is taken to remember, as many as it keeps eyes for."""
+"""Places that a worker is taken to remember, as many as it keeps observers for."""
 
 
 def usual_workers() -> int:

@@ -1,4 +1,4 @@
-"""Seeing: the eyes for each sequence, made once and used by one call at a time."""
+"""Seeing: the observer for each sequence, made once and used by one call at a time."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,19 +9,19 @@ from cachetools import LRUCache
 
 if TYPE_CHECKING:
     from folding_server.vision.photos import Photos
-    from folding_server.vision.seeing import Eyes
+    from folding_server.vision.seeing import SequenceObserver
 
 
 class ObserverCache:
-    """Eyes by sequence, for the few used last: finding the sheet and learning its colours takes a while."""
+    """Observers by sequence, for the few used last: finding the sheet and learning its colours takes a while."""
 
     def __init__(self, size: int = 4) -> None:
-        self._eyes: LRUCache[str, tuple[Lock, list[Eyes]]] = LRUCache(size)
+        self._observers: LRUCache[str, tuple[Lock, list[SequenceObserver]]] = LRUCache(size)
         self._guard = Lock()
 
     @contextmanager
-    def on(self, key: str, load: "Callable[[], Photos]") -> Iterator["Eyes"]:
-        """The eyes kept under a key, or new ones for the photos that ``load`` gives, for this caller alone.
+    def on(self, key: str, load: "Callable[[], Photos]") -> Iterator["SequenceObserver"]:
+        """The observer kept under a key, or a new one for the photos that ``load`` gives, for this caller alone.
 
         PhotoError if frame 1 shows no flat square.
         """
@@ -33,7 +33,7 @@ class ObserverCache:
                 made.append(see_sequence(load()))
             yield made[0]
 
-    def _place(self, key: str) -> "tuple[Lock, list[Eyes]]":
-        """The lock for a sequence's eyes, and the eyes once they are made."""
+    def _place(self, key: str) -> "tuple[Lock, list[SequenceObserver]]":
+        """The lock for a sequence's observer, and the observer once it is made."""
         with self._guard:
-            return self._eyes.setdefault(key, (Lock(), []))
+            return self._observers.setdefault(key, (Lock(), []))

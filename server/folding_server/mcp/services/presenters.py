@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from folding_server.simulator.foldability import Fault, FoldabilityReport
     from folding_server.vision.comparison import Match
     from folding_server.vision.outline import Outline
-    from folding_server.vision.seeing import SeenFrame
+    from folding_server.vision.seeing import Observation
     from folding_server.vision.solver import Plan
 
 LARGEST_INTEGER = 2**53 - 1
 """The largest number that every reader of JSON keeps exactly."""
 
 
-def comparison(seen: "SeenFrame", match: "Match", outlines: "Sequence[Outline]") -> Comparison:
+def comparison(seen: "Observation", match: "Match", outlines: "Sequence[Outline]") -> Comparison:
     """How well a state explains a photo, whose paper has these ``outlines``."""
     dx, dy, turn = match.alignment.shift
     return Comparison(

@@ -31,7 +31,7 @@ SEEING = "finding the sheet in the photos"
 
 @dataclass(frozen=True)
 class SequencePlace:
-    """Where a sequence is read, and the fingerprint by which its eyes are kept."""
+    """Where a sequence is read, and the fingerprint by which its observer is kept."""
 
     folder: Path
     fingerprint: str
@@ -65,9 +65,9 @@ def propose_actions_for(
     from folding_server.vision.solver import clearly_best, propose  # noqa: PLC0415  (loads OpenCV)
 
     announce(SEEING)
-    with observers().on(place.key, place.load) as eyes:
+    with observers().on(place.key, place.load) as observer:
         announce(f"explaining frame {frame}")
-        plans = propose(paper, eyes, frame, max(count, 2))
+        plans = propose(paper, observer, frame, max(count, 2))
     shown = presenters.proposals(plans[:count])
     return Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
 
@@ -81,9 +81,9 @@ def compare_paper(
     from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
 
     announce(SEEING)
-    with observers().on(place.key, place.load) as eyes:
+    with observers().on(place.key, place.load) as observer:
         announce(f"comparing with frame {frame}")
-        compared = compare_with_photo(paper, eyes, frame)
+        compared = compare_with_photo(paper, observer, frame)
         outlines = compared.observer.outlines(frame)
     seen, match = compared.seen, compared.match
     found = presenters.comparison(seen, match, outlines)
@@ -173,7 +173,7 @@ def measure_for_evaluation(announce: "Announce", measured: "Paper | str") -> Sta
 
 @cache
 def observers() -> ObserverCache:
-    """The eyes that this process keeps."""
+    """The observers that this process keeps."""
     return ObserverCache()
 
 

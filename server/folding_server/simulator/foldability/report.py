@@ -10,7 +10,11 @@ import shapely
 from folding_server.simulator.foldability.big_little_big import big_little_big
 from folding_server.simulator.foldability.classes import ContradictionError
 from folding_server.simulator.foldability.conflict import conflicting_faces
-from folding_server.simulator.foldability.constraints import Conditions, assigned_orders, constraint_conditions
+from folding_server.simulator.foldability.constraints import (
+    Conditions,
+    assigned_orders,
+    constraint_conditions,
+)
 from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.fault import Fault, said
 from folding_server.simulator.foldability.flat_faces import FlatFaces, lay_flat

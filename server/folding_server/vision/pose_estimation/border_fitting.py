@@ -9,7 +9,7 @@ from folding_server.geometry.convex import Polygon
 from folding_server.vision.fitting.edge_matching import border_of, class_maps, crossings
 from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.labels import LabelImage, as_one_colour
-from folding_server.vision.pose_estimation.pinhole import Camera, Vector, projected
+from folding_server.vision.pose_estimation.pinhole import CameraVector, PinholeCamera, projected
 from folding_server.vision.raster import draw_labels
 
 REACHES = (0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.02)
@@ -28,11 +28,11 @@ POINT_ERROR = 0.01
 class Fitted:
     """A camera, and how well the paper agrees with the photo under it, 0 to 1."""
 
-    camera: Camera
+    camera: PinholeCamera
     agreement: float
 
 
-def drawn(stack: FaceStack, camera: Camera, scene: Scene) -> LabelImage:
+def drawn(stack: FaceStack, camera: PinholeCamera, scene: Scene) -> LabelImage:
     """What a photo of a stack would show."""
     matrix = camera.homography
     lengths = [len(outline) for outline in stack.outlines]
@@ -42,7 +42,9 @@ def drawn(stack: FaceStack, camera: Camera, scene: Scene) -> LabelImage:
     return labels if scene.two_coloured else as_one_colour(labels)
 
 
-def fitted(stack: FaceStack, scene: Scene, camera: Camera, reaches: tuple[float, ...] = REACHES) -> Fitted:
+def fitted(
+    stack: FaceStack, scene: Scene, camera: PinholeCamera, reaches: tuple[float, ...] = REACHES
+) -> Fitted:
     """The camera near a first guess under which the borders of a stack lie on those of the photo."""
     extent = _extent(scene)
     seen = list(class_maps(scene.labels, scene.known))
@@ -65,8 +67,8 @@ def _extent(scene: Scene) -> float:
 
 
 def _pulled(
-    stack: FaceStack, scene: Scene, camera: Camera, seen: list[Image], reach: float, extent: float
-) -> Camera | None:
+    stack: FaceStack, scene: Scene, camera: PinholeCamera, seen: list[Image], reach: float, extent: float
+) -> PinholeCamera | None:
     """The camera after one round; None if too few borders find theirs."""
     grid = scene.grid
     span = np.arange(
@@ -90,8 +92,8 @@ def _pulled(
 
 
 def _solved(
-    camera: Camera, places: Floats, normals: Floats, ways: Floats, reach: float, extent: float
-) -> Camera:
+    camera: PinholeCamera, places: Floats, normals: Floats, ways: Floats, reach: float, extent: float
+) -> PinholeCamera:
     """Weighted least squares over the camera's vector, far points counting less, with the prior on the tilt."""
     start = np.array(camera.vector())
     points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), places)
@@ -107,11 +109,11 @@ def _solved(
     change = np.linalg.solve(normal, gradient)
     limit = np.array([0.2, 0.2, 0.2, 0.2, 0.15, 0.15])
     change *= min(1.0, float((limit / np.maximum(np.abs(change), 1e-12)).min()))
-    vector: Vector = tuple((start + change).tolist())
+    vector: CameraVector = tuple((start + change).tolist())
     return camera.moved(vector)
 
 
-def _slope(camera: Camera, start: Floats, i: int, points: Floats, normals: Floats) -> Floats:
+def _slope(camera: PinholeCamera, start: Floats, i: int, points: Floats, normals: Floats) -> Floats:
     """How far each point moves along its normal per unit of one coordinate of the camera's vector."""
     up, down = start.copy(), start.copy()
     up[i] += STEPS[i]

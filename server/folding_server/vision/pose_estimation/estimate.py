@@ -12,7 +12,7 @@ from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.grid import grid_over
 from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import Camera, camera_of, projected
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, camera_of, projected
 from folding_server.vision.pose_estimation.shape_matching import (
     AffineMatch,
     NormalForm,
@@ -28,7 +28,7 @@ FITTED, FULLY_FITTED = 48, 14
 """Matches of shape whose camera is fitted roughly, and those of them, the best, that are fitted in full: by shape alone
 the truth was among the first 6 of 22 transitions, all but those whose line no construction gives.
 """
-ROUGHLY = (0.12, 0.08, 0.05)
+ROUGH_REACHES = (0.12, 0.08, 0.05)
 """Rounds of a rough fit: how far points look, in shares of the paper's extent."""
 EITHER_TILT = 6.0
 """Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
@@ -36,7 +36,7 @@ USUAL_TILT, TILT_COST = 20.0, 0.004
 """A tilt of the first, in degrees, costs the second, in shares of the paper; others by their square."""
 STEEP, STEEP_COST = 28.0, 0.003
 """Each degree of tilt beyond the first costs the second besides: nobody films folding so flatly."""
-NEAREST, FARTHEST, SIZE_COST = 3.0, 0.33, 0.05
+LARGEST_ZOOM, SMALLEST_ZOOM, ZOOM_BEYOND_COST = 3.0, 0.33, 0.05
 """The camera may come so near and go so far, by scale, for nothing; beyond it costs the third per unit of the logarithm."""
 ROLL_COST = 0.006
 """What it costs to turn the camera half round against the photo before."""
@@ -49,7 +49,7 @@ class PoseEstimate:
     """The ``index``-th paper under a camera: ``agreement``, 0 to 1, and ``cost`` of such a camera in the same shares."""
 
     index: int
-    camera: Camera
+    camera: PinholeCamera
     agreement: float
     cost: float
 
@@ -70,7 +70,7 @@ def shape_of(stack: FaceStack) -> NormalForm | None:
 def estimates(
     stacks: Sequence[FaceStack],
     view: PictureView,
-    before: Camera | None = None,
+    before: PinholeCamera | None = None,
     prior: Sequence[float] | None = None,
 ) -> list[PoseEstimate]:
     """For the stacks that the photo resembles most: their cameras, the most valuable first.
@@ -100,10 +100,10 @@ def estimates(
 def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:
     """The camera of a match, roughly fitted."""
     at = match.at[0] - 0.5, match.at[1] - 0.5
-    return fitted(stack, coarse, camera_of(match.affine, match.pivot, at, view.frame.focal), ROUGHLY)
+    return fitted(stack, coarse, camera_of(match.affine, match.pivot, at, view.frame.focal), ROUGH_REACHES)
 
 
-def _fitted(stack: FaceStack, scene: Scene, first: Camera) -> Fitted:
+def _fitted(stack: FaceStack, scene: Scene, first: PinholeCamera) -> Fitted:
     """The better of the cameras fitted from a first guess and from the tilt that foreshortens as it does."""
     starts = [first]
     if first.tilt > EITHER_TILT:
@@ -114,26 +114,26 @@ def _fitted(stack: FaceStack, scene: Scene, first: Camera) -> Fitted:
     )
 
 
-def tilt_cost(camera: Camera) -> float:
+def tilt_cost(camera: PinholeCamera) -> float:
     """What the tilt of a camera costs, in shares of the paper."""
     return TILT_COST * (camera.tilt / USUAL_TILT) ** 2 + STEEP_COST * max(0.0, camera.tilt - STEEP)
 
 
-def camera_cost(camera: Camera, before: Camera | None) -> float:
+def camera_cost(camera: PinholeCamera, before: PinholeCamera | None) -> float:
     """What a camera costs after that of the photo before, in shares of the paper."""
     if before is None:
         return tilt_cost(camera)
     size = float(camera.size - before.size)
-    beyond = max(0.0, size - log(NEAREST), log(FARTHEST) - size)
+    beyond = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
-    return tilt_cost(camera) + SIZE_COST * float(beyond) + ROLL_COST * turned / pi
+    return tilt_cost(camera) + ZOOM_BEYOND_COST * float(beyond) + ROLL_COST * turned / pi
 
 
 SeenFaces = list[tuple[bool, Floats]]
 """Whether each face lies back up, and its corners (n, 2) in picture units."""
 
 
-def seen_faces(stack: FaceStack, camera: Camera) -> SeenFaces:
+def seen_faces(stack: FaceStack, camera: PinholeCamera) -> SeenFaces:
     """Each face as the photo would show it if none hid another: back up, and its corners in picture units."""
     return [
         (back, projected(camera.homography, np.array(outline)))

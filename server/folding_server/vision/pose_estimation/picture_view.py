@@ -19,13 +19,13 @@ FIRST_LOOK = 96.0
 """Pixels per picture unit at which the paper is looked for: 250 along the longer side of the picture."""
 PAPER_ACROSS = 120.0
 """Pixels across the paper at which its outline is then taken: finer moves the camera by less than the solver's own search."""
-AROUND = 0.35
+WINDOW_MARGIN = 0.35
 """How far around the paper the second look goes, in shares of its extent: light and colour of the table are told there."""
-LEAST_AROUND = 0.1
+LEAST_MARGIN = 0.1
 """The same at least, in picture units."""
 LIKE_PAPER = 12.0
 """Cost, in nats, up to which a pixel may be paper in other light: as far as light is adapted to."""
-LEAST_SHARE, MOST_PIECES = 0.2, 3
+LEAST_PIECE_SHARE, MOST_PIECES = 0.2, 3
 """Pieces of less than the first share of the largest are not the sheet; so many are looked at."""
 NOTHING_SEEN = 30
 """Pixels of paper at the first look below which there is none."""
@@ -39,7 +39,7 @@ class PictureView:
     scene: Scene
 
 
-def look(photo: RgbImage, palette: ColourModels) -> tuple[PictureView, ...]:
+def picture_views(photo: RgbImage, palette: ColourModels) -> tuple[PictureView, ...]:
     """The views of a photo (rows, cols, 3), each as finely as its paper needs: one for each piece that has the colours of the
     sheet and may be it, the largest first. Empty if there is none.
     """
@@ -67,7 +67,7 @@ def _pieces(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourMod
     sizes = stats[1:, cv2.CC_STAT_AREA]
     if not len(sizes) or sizes.max() < NOTHING_SEEN:
         return []
-    large = np.nonzero(sizes >= max(NOTHING_SEEN, LEAST_SHARE * sizes.max()))[0]
+    large = np.nonzero(sizes >= max(NOTHING_SEEN, LEAST_PIECE_SHARE * sizes.max()))[0]
     beyond = cv2.dilate((~seen).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     beyond[[0, 1, -1, -2]] = beyond[:, [0, 1, -1, -2]] = True
     cut = [bool((beyond & (numbered == 1 + i)).any()) for i in large]
@@ -98,7 +98,7 @@ def _around(paper: Mask, grid: Grid, frame: PictureFrame) -> Grid:
         [(cols.min() - 0.5, rows.max() + 0.5), (cols.max() + 0.5, rows.min() - 0.5)]
     )
     extent = float((corners[1] - corners[0]).max())
-    margin = max(LEAST_AROUND, AROUND * extent)
+    margin = max(LEAST_MARGIN, WINDOW_MARGIN * extent)
     fine = min(max(FIRST_LOOK, PAPER_ACROSS / extent), max(FIRST_LOOK, frame.pixels_per_unit))
     low = np.maximum(corners[0] - margin, FIELD_OF_VIEW[:2])
     high = np.minimum(corners[1] + margin, FIELD_OF_VIEW[2:])

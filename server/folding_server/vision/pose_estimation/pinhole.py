@@ -9,7 +9,7 @@ from folding_server.arrays import Floats
 from folding_server.geometry.line import Point
 from folding_server.vision.pose import SHEET, Pose
 
-Vector = tuple[float, ...]
+CameraVector = tuple[float, ...]
 
 FIELD = 2.6
 """Units along the longer side of a picture: as many as the solver's field of view has."""
@@ -42,7 +42,7 @@ class PictureFrame:
 
 
 @dataclass(frozen=True)
-class Camera:
+class PinholeCamera:
     """A camera that sees the point ``pivot`` of the sheet's plane at (``x``, ``y``) of the picture.
 
     ``roll`` in radians counter-clockwise as seen, ``size`` the logarithm of picture units per sheet unit there,
@@ -73,14 +73,14 @@ class Camera:
         matrix = np.diag([self.focal, self.focal, 1.0]) @ np.column_stack([axes, origin])
         return np.asarray(np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1.0]]) @ matrix, np.float64)
 
-    def vector(self) -> Vector:
+    def vector(self) -> CameraVector:
         """What a search may change: x, y, roll, size, tilt_x, tilt_y."""
         return self.x, self.y, self.roll, self.size, self.tilt_x, self.tilt_y
 
-    def moved(self, vector: Vector) -> "Camera":
+    def moved(self, vector: CameraVector) -> "PinholeCamera":
         """The same with other values of :meth:`vector`."""
         x, y, roll, size, tilt_x, tilt_y = vector
-        return Camera(self.pivot, x, y, roll, size, tilt_x, tilt_y, self.focal)
+        return PinholeCamera(self.pivot, x, y, roll, size, tilt_x, tilt_y, self.focal)
 
     def pose(self, frame: PictureFrame) -> Pose:
         """Where the corners of the flat sheet would lie in the photo."""
@@ -88,7 +88,7 @@ class Camera:
         return Pose(tuple((float(x), float(y)) for x, y in corners))
 
 
-def camera_of(affine: Floats, pivot: Point, at: Point, focal: float) -> Camera:
+def camera_of(affine: Floats, pivot: Point, at: Point, focal: float) -> PinholeCamera:
     """The camera that shows the neighbourhood of ``pivot`` by an affine map (2, 2), and ``pivot`` at a place of the picture
     relative to its middle. Of the two tilts that foreshorten so, the one is given; the other is its negative.
     """
@@ -97,7 +97,7 @@ def camera_of(affine: Floats, pivot: Point, at: Point, focal: float) -> Camera:
     short = min(1.0, float(sizes[1] / sizes[0]))
     axis = left[:, 0]
     angle = float(np.arccos(short))
-    return Camera(
+    return PinholeCamera(
         pivot,
         at[0],
         at[1],

@@ -18,7 +18,7 @@ from folding_server.vision.labels import BACK, FRONT, LabelImage, is_paper
 
 ANGLES, RADII = 96, 20
 """Polar samples of a shape."""
-FARTHEST = 2.4
+SAMPLED_RADIUS = 2.4
 """Radius, in standard deviations of the silhouette, up to which a shape is sampled."""
 FORESHORTENED = 0.8
 """Least ratio of the two scales of an affine map that a camera makes: tilted by 25 degrees 0.91, seen 15 degrees beside the
@@ -50,7 +50,7 @@ def normal_form(labels: LabelImage, grid: Grid) -> NormalForm | None:
     root = vectors @ np.diag(np.sqrt(np.maximum(values, 0.05))) @ vectors.T
     flip = np.diag([1.0, -1.0]) / grid.pixels_per_unit
     angles = np.arange(ANGLES) * 2 * np.pi / ANGLES
-    radii = (np.arange(RADII) + 0.5) * FARTHEST / RADII
+    radii = (np.arange(RADII) + 0.5) * SAMPLED_RADIUS / RADII
     circle = np.stack([np.cos(angles), np.sin(angles)])
     spread = flip @ root @ np.diag([1.0, -1.0])
     places = pixel[:, None, None] + np.einsum(

@@ -24,7 +24,7 @@ from folding_server.vision.solver.whole_moves import each_unfolding
 
 FAN_STEP = 6.0
 """Degrees between the lines that are tried through each vertex beside those that landmarks give."""
-MANY_FACES = 30
+FAN_FACES = 30
 """On papers of more faces the fan is left out: their vertices are so many that landmark lines lie close enough."""
 
 Ways = Callable[[], list[tuple[Actions, Paper]]]
@@ -76,7 +76,7 @@ def _folded(paper: Paper) -> Iterator[Hypothesis]:
     """Folds of every set of layers that can be turned."""
     leaves = Leaves(paper)
     landmarks = landmark_lines(paper)
-    fan = _fan(paper) if len(paper.faces) <= MANY_FACES else landmarks[:0]
+    fan = _fan(paper) if len(paper.faces) <= FAN_FACES else landmarks[:0]
     lines = distinct_lines(np.concatenate([landmarks, fan]))
     known = {tuple(row) for row in np.round(distinct_lines(landmarks), 6).tolist()}
     for row in both_ways(lines):

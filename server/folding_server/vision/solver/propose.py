@@ -7,16 +7,16 @@ from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.fitting.scene import Views
 from folding_server.vision.motion import movement
-from folding_server.vision.seeing import Eyes
+from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.photo_views import views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed
 from folding_server.vision.solver.swings import contradiction, watched_places
 from folding_server.vision.solver.transition import COMPOUND_BELOW, EXPLAINED, SURELY_WRONG, explain
-from folding_server.vision.solver.views import views_after
 
 CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
-STANDING = 0.93
+STILL_EXPLAINED = 0.93
 """A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
 NEW_CAMERA_COST = 0.01
 """What it costs a plan to need a camera of its own, in shares of the paper."""
@@ -30,16 +30,18 @@ REMEMBERED = 8
 """Explanations kept: the next photo's are needed again."""
 
 
-def propose(paper: Paper, eyes: Eyes, frame: int, count: int = 3) -> tuple[Plan, ...]:
+def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3) -> tuple[Plan, ...]:
     """At most ``count`` plans, best first, that lead from ``paper`` (the state at the frame before) to a frame.
 
     Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead.
     Raises PhotoError if there is no such frame. Deterministic.
     """
-    plans: Sequence[Plan] = _explained(paper, eyes, frame)
+    plans: Sequence[Plan] = _explained(paper, observer, frame)
     tied = _tied(plans)
-    if len(tied) > 1 and 1 < len(paper.faces) <= MANY_FACES and frame < eyes.photos.frame_count:
-        outlook = {id(plan): _explained(plan.paper, eyes, frame + 1, pairs=False)[0].score for plan in tied}
+    if len(tied) > 1 and 1 < len(paper.faces) <= MANY_FACES and frame < observer.photos.frame_count:
+        outlook = {
+            id(plan): _explained(plan.paper, observer, frame + 1, pairs=False)[0].score for plan in tied
+        }
         best = max(outlook.values())
         plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])
     return tuple(plans[:count])
@@ -61,49 +63,52 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     return tied[:MOST_TIED]
 
 
-def _explained(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool = True) -> tuple[Plan, ...]:
+def _explained(
+    paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool = True
+) -> tuple[Plan, ...]:
     """The plans that this photo alone suggests, best first; the last few are remembered. Two folds at once take long to find:
     without ``pairs`` they are not looked for.
     """
     plans: tuple[Plan, ...]
-    for known_paper, known_frame, with_pairs, plans in eyes.notes:
+    for known_paper, known_frame, with_pairs, plans in observer.notes:
         if (known_frame, known_paper) == (frame, paper) and (
             with_pairs or not pairs or max(p.agreement for p in plans) >= COMPOUND_BELOW
         ):
             return plans
-    plans = _ranked(paper, eyes, frame, pairs=pairs)
-    eyes.notes[:] = [*eyes.notes[1 - REMEMBERED :], (paper, frame, pairs, plans)]
+    plans = _ranked(paper, observer, frame, pairs=pairs)
+    observer.notes[:] = [*observer.notes[1 - REMEMBERED :], (paper, frame, pairs, plans)]
     return plans
 
 
-def _ranked(paper: Paper, eyes: Eyes, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
+def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
     """Every class of action tried under the first photo's camera, and under any camera where that one explains too little;
     best first.
     """
-    last, views = views_after(paper, eyes, frame)
-    moved = frame > 2 and views.expected < STANDING
-    plans = _framed_anew(paper, eyes, frame) if moved else []
+    last, views = views_after(paper, observer, frame)
+    moved = frame > 2 and views.expected < STILL_EXPLAINED
+    plans = _framed_anew(paper, observer, frame) if moved else []
     if not plans or plans[0].agreement < COMPOUND_BELOW:
-        standing = _standing(paper, eyes, frame, last, views, pairs=pairs)
-        if not moved and standing[0].agreement < EXPLAINED and not eyes.stands(frame):
-            plans = _framed_anew(paper, eyes, frame)
+        standing = _standing(paper, observer, frame, last, views, pairs=pairs)
+        if not moved and standing[0].agreement < EXPLAINED and not observer.stands(frame):
+            plans = _framed_anew(paper, observer, frame)
         plans = best_first([*plans, *standing])
     return tuple(_distinct(plans))
 
 
-def _framed_anew(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+def _framed_anew(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
     """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
     return [
-        replace(plan, framing=plan.framing + NEW_CAMERA_COST) for plan in explain_reframed(paper, eyes, frame)
+        replace(plan, framing=plan.framing + NEW_CAMERA_COST)
+        for plan in explain_reframed(paper, observer, frame)
     ]
 
 
 def _standing(
-    paper: Paper, eyes: Eyes, frame: int, last: Similarity, views: Views, *, pairs: bool
+    paper: Paper, observer: SequenceObserver, frame: int, last: Similarity, views: Views, *, pairs: bool
 ) -> list[Plan]:
     """Plans under the first photo's camera, held against the images in between; best first."""
     plans = explain(paper, last, views, pairs=pairs)
-    between = movement(eyes, frame) if frame > 1 else None
+    between = movement(observer, frame) if frame > 1 else None
     if between is not None:
         seen = watched_places(between, last)
         plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])

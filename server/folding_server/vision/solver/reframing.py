@@ -23,17 +23,17 @@ from folding_server.vision.pose_estimation.estimate import (
     seen_faces,
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import Camera
-from folding_server.vision.seeing import Eyes
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera
+from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import COST, NOTHING_HAPPENED, Plan, best_first
 from folding_server.vision.solver.transition import EXPLAINED, explain
-from folding_server.vision.solver.views import views_under
 from folding_server.vision.solver.whole_moves import centered
 
-JUDGED = 6
+HYPOTHESES_JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
@@ -41,7 +41,7 @@ FREE_LINE_COST = 0.004
 """What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
 LINES_COST = 0.02
 """What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
-FRESH_COST = 0.006
+NEW_CREASE_COST = 0.006
 """What a new crease costs here besides: with a free camera more of them fit."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
@@ -53,7 +53,7 @@ PRIOR: dict[str, float] = {
     "compound": 2 * COST["unfold"],
 }
 """What the action of a hypothesis costs while hypotheses are chosen, as it costs a plan later."""
-WORDS = {
+PLAN_WORDS = {
     "none": "nothing changed but the camera",
     "flip": "the model was turned over",
     "fold": "a flap was folded over",
@@ -65,13 +65,13 @@ ROUND_TURNS = (45.0, 12.0)
 """Turns within the second of a multiple of the first are meant to be it, in degrees."""
 
 
-def explain_reframed(paper: Paper, eyes: Eyes, frame: int) -> list[Plan]:
+def explain_reframed(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
     """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper."""
-    known = known_camera(paper, eyes, frame - 1)
+    known = known_camera(paper, observer, frame - 1)
     tried = hypotheses(paper)
     found = []
-    for view in eyes.pictures(frame):
-        judge = _Judge(paper, eyes, view, frame, known)
+    for view in observer.pictures(frame):
+        judge = _Judge(paper, observer, view, frame, known)
         stacks, prior = [h.stack for h in tried], [PRIOR[h.action_class] for h in tried]
         found.append((judge, list(_distinct(estimates(stacks, view, judge.before, prior), tried))))
     likely = [(judge, ways) for judge, ways in found if ways]
@@ -86,13 +86,13 @@ def _weighed(plan: Plan) -> Plan:
     return replace(
         plan,
         unseen=0.0,
-        framing=plan.framing + LINES_COST * plan.contradiction + FRESH_COST * plan.fresh,
+        framing=plan.framing + LINES_COST * plan.contradiction + NEW_CREASE_COST * plan.fresh,
     )
 
 
-def known_camera(paper: Paper, eyes: Eyes, frame: int) -> PoseEstimate | None:
+def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEstimate | None:
     """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
-    views = eyes.pictures(frame) if frame > 0 else ()
+    views = observer.pictures(frame) if frame > 0 else ()
     found = [e for view in views for e in estimates([face_stack(paper)], view)[:1]]
     return max(found, key=lambda estimate: estimate.value, default=None)
 
@@ -101,7 +101,7 @@ def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> Ite
     """The best estimates, of those that are one model under other names the first."""
     kept: list[SeenFaces] = []
     for estimate in found:
-        if len(kept) == JUDGED or estimate.value < found[0].value - FAR_WORSE:
+        if len(kept) == HYPOTHESES_JUDGED or estimate.value < found[0].value - FAR_WORSE:
             return
         faces = seen_faces(tried[estimate.index].stack, estimate.camera)
         if not any(same_model(faces, other) for other in kept):
@@ -114,13 +114,13 @@ class _Judge:
     """One transition to a photo that was framed anew; ``known`` is the camera of the photo before, with ``paper``."""
 
     paper: Paper
-    eyes: Eyes
+    observer: SequenceObserver
     view: PictureView
     frame: int
     known: PoseEstimate | None
 
     @property
-    def before(self) -> Camera | None:
+    def before(self) -> PinholeCamera | None:
         """The camera of the photo before, if it is known."""
         return self.known.camera if self.known else None
 
@@ -138,10 +138,10 @@ class _Judge:
             plans += self.searched(likeliest)
         return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
 
-    def views(self, camera: Camera, stack: FaceStack) -> Views:
+    def views(self, camera: PinholeCamera, stack: FaceStack) -> Views:
         """The photo from straight above."""
         expected = self.known.agreement if self.known else 1.0
-        return views_under(camera.pose(self.view.frame), stack, self.eyes, self.frame, expected)
+        return views_under(camera.pose(self.view.frame), stack, self.observer, self.frame, expected)
 
     def plans(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
         """A hypothesis as plans, measured under its camera."""
@@ -153,7 +153,7 @@ class _Judge:
                 after,
                 IDENTITY,
                 estimate.agreement,
-                WORDS[hypothesis.action_class],
+                PLAN_WORDS[hypothesis.action_class],
                 loose=not hypothesis.constructed,
                 framing=camera_cost(estimate.camera, self.before)
                 + FREE_LINE_COST * (not hypothesis.constructed),
@@ -183,7 +183,7 @@ class _Judge:
             action_class="rotate",
             paper=after,
             motion=start,
-            explanation=WORDS["rotate"],
+            explanation=PLAN_WORDS["rotate"],
         )
         yield measured(turned, views, start)
 

@@ -14,7 +14,7 @@ from folding_server.vision.fitting.scene import FaceStack, Scene, Views, face_st
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.pose import Pose
-from folding_server.vision.seeing import Eyes, SeenFrame
+from folding_server.vision.seeing import Observation, SequenceObserver
 from folding_server.vision.solver.inner_edges import USUAL_SIGHT, sight
 from folding_server.vision.solver.sheet_motions import locate
 
@@ -26,34 +26,36 @@ SEARCH_MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 
 
-def views_after(paper: Paper, eyes: Eyes, frame: int) -> tuple[Similarity, Views]:
+def views_after(paper: Paper, observer: SequenceObserver, frame: int) -> tuple[Similarity, Views]:
     """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
-    before, after = eyes.frame(max(1, frame - 1), COARSE), eyes.frame(frame, COARSE)
+    before, after = observer.frame(max(1, frame - 1), COARSE), observer.frame(frame, COARSE)
     found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
-    known = _scene(eyes.frame(max(1, frame - 1), FINE), before)
+    known = _scene(observer.frame(max(1, frame - 1), FINE), before)
     settled = align(face_stack(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
-    fine = replace(_scene(eyes.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
+    fine = replace(_scene(observer.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
     handheld = after.scales[0] != after.scales[1]
 
     def closely() -> tuple[Scene, Scene]:
         """Both photos at their finest."""
-        earlier, later = eyes.closely(max(1, frame - 1)), eyes.closely(frame)
+        earlier, later = observer.closely(max(1, frame - 1)), observer.closely(frame)
         return _scene(earlier, before, lit=True), _scene(later, before, lit=True)
 
     return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
 
 
-def views_under(pose: Pose, stack: FaceStack, eyes: Eyes, frame: int, expected: float) -> Views:
+def views_under(
+    pose: Pose, stack: FaceStack, observer: SequenceObserver, frame: int, expected: float
+) -> Views:
     """A photo as a camera of its own shows it, about where a stack lies; ``expected`` is the agreement to hope for."""
     points = np.array([p for outline in stack.outlines for p in outline])
     low, high = points.min(axis=0) - AROUND_STACK, points.max(axis=0) + AROUND_STACK
-    own = eyes.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    own = observer.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
     coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
     scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
     return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)
 
 
-def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
+def _scene(seen: Observation, before: Observation, *, lit: bool = False) -> Scene:
     """The part of a photo around its paper and that of the photo before; ``lit`` with its lightness."""
     corners = [*_paper_corners(before), *_paper_corners(seen)]
     if not corners:
@@ -62,13 +64,13 @@ def _scene(seen: SeenFrame, before: SeenFrame, *, lit: bool = False) -> Scene:
     return _cropped(seen, points.min(axis=0) - SEARCH_MARGIN, points.max(axis=0) + SEARCH_MARGIN, lit=lit)
 
 
-def _paper_corners(seen: SeenFrame) -> list[Floats]:
+def _paper_corners(seen: Observation) -> list[Floats]:
     """Two opposite corners of the box around the paper in the plane, (2, 2); nothing if there is no paper."""
     rows, cols = np.nonzero(is_paper(seen.labels))
     return [seen.grid.to_plane([(cols.min(), rows.min()), (cols.max(), rows.max())])] if len(rows) else []
 
 
-def _cropped(seen: SeenFrame, low: Floats, high: Floats, *, lit: bool) -> Scene:
+def _cropped(seen: Observation, low: Floats, high: Floats, *, lit: bool) -> Scene:
     """A window of a seen frame, given its lower left and upper right in the plane."""
     grid, s = seen.grid, seen.grid.pixels_per_unit
     left, right = max(0, floor((low[0] - grid.left) * s)), min(grid.cols, ceil((high[0] - grid.left) * s))
