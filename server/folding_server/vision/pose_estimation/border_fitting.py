@@ -12,7 +12,7 @@ from folding_server.vision.labels import LabelImage, as_one_colour
 from folding_server.vision.pose_estimation.pinhole import CameraVector, PinholeCamera, projected
 from folding_server.vision.raster import draw_labels
 
-REACHES = (0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.02)
+REACHES = (0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.02, 0.015, 0.015, 0.015)
 """How far, in shares of the paper's extent, points look along their normals in each round."""
 FEWEST_POINTS = 16
 """With fewer points that find their border nothing is moved."""
