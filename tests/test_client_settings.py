@@ -173,7 +173,7 @@ def test_shells_can_complete_commands_and_options() -> None:
     environment = {
         **os.environ,
         "_FOLDINGAGENT_COMPLETE": "complete_bash",
-        "COMP_WORDS": "foldingagent re",
+        "COMP_WORDS": "foldingagent repl",
         "COMP_CWORD": "1",
     }
     foldingagent = Path(sys.executable).with_name("foldingagent")

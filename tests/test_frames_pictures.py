@@ -6,6 +6,7 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import pillow_heif
 import pytest
 from folding_server.errors import PhotoError
 from folding_server.frames.image_files import (
@@ -121,8 +122,10 @@ def test_a_missing_picture_is_named(tmp_path: Path) -> None:
     [
         (b"this is a letter, not a picture\n", "a text file"),
         (b"", "empty"),
-        (b"\x00\x00\x00\x18ftypheic" + bytes(40), "a HEIC"),
-        (b"RIFF\x10\x00\x00\x00WEBPVP8 " + bytes(40), "a WebP file"),
+        (b"\x00\x00\x00\x18ftypqt  " + bytes(40), "a video"),
+        (b"\x00\x00\x00\x18ftypheic" + bytes(40), "broken or cut off"),
+        (b"RIFF\x10\x00\x00\x00WEBPVP8 " + bytes(40), "broken or cut off"),
+        (b"GIF89a" + bytes(40), "a GIF file"),
         (b"\xff\xd8\xff", "cut off"),
     ],
 )
@@ -131,6 +134,16 @@ def test_other_files_named_jpg_are_told_for_what_they_are(tmp_path: Path, conten
     path.write_bytes(content)
     with pytest.raises(PhotoError, match=rf"photo\.jpg is {what}"):
         decode(path)
+
+
+@pytest.mark.parametrize("suffix", ["heic", "webp", "avif", "tiff", "bmp"])
+def test_photos_of_newer_phones_and_of_scanners_are_read(tmp_path: Path, suffix: str) -> None:
+    pillow_heif.register_heif_opener()
+    path = tmp_path / f"photo.{suffix}"
+    Image.fromarray(quadrants()).save(path)
+    read = decode(path).astype(int)
+    assert read.shape == quadrants().shape
+    assert np.abs(read - quadrants()).mean() < 6
 
 
 @pytest.mark.parametrize("suffix", ["jpg", "png"])

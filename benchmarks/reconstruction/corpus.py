@@ -59,9 +59,9 @@ def keyframe_steps(actions: Iterable[Action]) -> tuple[tuple[Action, ...], ...]:
     return tuple(steps)
 
 
-def rendered(place: Path = RENDERED) -> dict[str, Subject]:
-    """The ray-traced sequences in a folder by name."""
-    folders = sorted(path.parent for path in place.glob("*/truth.json"))
+def rendered(place: Path | None = None) -> dict[str, Subject]:
+    """The ray-traced sequences in a folder, RENDERED unless another is named, by name."""
+    folders = sorted(path.parent for path in (place or RENDERED).glob("*/truth.json"))
     return {
         folder.name: Subject(folder.name, folder, rendered_program(folder), RENDERED_TOLERANCE)
         for folder in folders

@@ -28,7 +28,7 @@ _SIGNATURES = (
     (b"\xff\xd8\xff", 0, "cut off near its start"),
     (b"\x89PNG\r\n", 0, "cut off near its start"),
 )
-PHOTO_FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "MPO")
+PHOTO_FORMATS = ("JPEG", "PNG", "WEBP", "AVIF", "TIFF", "BMP")
 """Formats that Pillow reads itself, as it calls them."""
 READ_FORMATS = "JPEG, PNG, HEIC, WebP, AVIF, TIFF or BMP"
 """What is read, in words."""

@@ -149,7 +149,9 @@ _SENTENCES = {
 def _sentence(error: ValidationError) -> str:
     """The first complaint of pydantic in plain words."""
     first = error.errors(include_url=False)[0]
-    where = ".".join(str(part) for part in first["loc"])
+    where = ".".join(
+        str(part) for part in first["loc"] if "[" not in str(part)
+    )  # not the kind of list it was read as
     reason = first.get("ctx", {}).get("error", first["msg"].lower())
     template = _SENTENCES.get(first["type"], "{where} is {value}: {reason}")
     return template.format(where=where, value=ascii(first["input"])[:60], reason=reason)

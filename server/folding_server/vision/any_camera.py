@@ -16,6 +16,10 @@ BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
 
+LEAST_STANDING = 0.9
+"""A paper that agrees worse than this lies elsewhere, also before a camera that stands: it is looked for in the whole picture."""
+
+
 @dataclass(frozen=True)
 class PhotoComparison:
     """How a paper agrees with a photo, and by which camera: ``observer`` sees ``seen``; ``estimate`` is that camera if it is
@@ -35,7 +39,8 @@ def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> 
     """
     seen = observer.frame(frame)
     first = PhotoComparison(compare(paper, seen), seen, observer)
-    if frame == 1 or first.match.verdict == "MATCH" or observer.stands(frame):
+    stands = observer.stands(frame) and first.match.agreement >= LEAST_STANDING
+    if frame == 1 or first.match.verdict == "MATCH" or stands:
         return first
     other = _under_own_camera(paper, observer, frame)
     if other is None or other.match.agreement < first.match.agreement + BETTER_BY:

@@ -31,8 +31,10 @@ MATCHING_WIDTH = 0.04
 MATCHING_OUTLINE = 0.02
 """Mean distance of the outlines of a match, in sheet units, at most."""
 CUT_LIMIT = 0.05
-"""Sheet units along which the paper may reach to the edge of a photo that still shows all of it."""
-CUT = "the paper reaches beyond the edge of the photo along {:.2f} of the sheet's side, so it shows only a part: use a photo that shows all of it"
+"""Sheet units along which the paper may reach to the edge of a photo that still shows all of it, and share of it that may lie
+beyond.
+"""
+CUT = "the paper reaches beyond the edge of the photo, so it shows only a part: use a photo that shows all of it"
 HARDLY_ANY = 0.003
 """Area, in sheet units squared, below which a class counts as shown by neither photo nor diagram."""
 MISPLACED_LINES = 0.3
@@ -57,7 +59,8 @@ class Match:
     the paper, ``missing_lines`` which of them it lacks, ``longest_missing`` the length of the longest in
     sheet units, see :class:`folding_server.vision.inner_lines.LineMatch`. ``hidden`` is the share of the predicted
     paper that something hides in the photo: from HIDDEN_LIMIT on the verdict is never more than a MISMATCH either way.
-    ``cut`` is along how much of its outline, in sheet units, the paper reaches to the edge of the photo: from CUT_LIMIT on
+    ``cut`` is along how much of its outline, in sheet units, the paper reaches to the edge of the photo, or which share of
+    the predicted paper lies beyond it, whichever is more: from CUT_LIMIT on
     nothing is a MATCH, and neither is what has an outline further off than MATCHING_OUTLINE.
     """
 
@@ -81,7 +84,7 @@ class Match:
         if self.hidden >= HIDDEN_LIMIT:
             return [HIDES.format(self.hidden)]
         if self.cut >= CUT_LIMIT:
-            return [CUT.format(self.cut), *(str(d) for d in self.discrepancies)][:MOST_WORDS]
+            return [CUT, *(str(d) for d in self.discrepancies)][:MOST_WORDS]
         return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
 
 
@@ -96,7 +99,8 @@ def compare(paper: Paper, seen: Observation) -> Match:
     found = discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
     core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
     lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
-    hidden, cut = hidden_share(predicted, seen.labels), seen.cut
+    beyond = outside_share(predicted, seen.outside)
+    hidden, cut = hidden_share(predicted, seen.labels) - beyond, max(seen.cut, beyond)
     tells = hidden < HIDDEN_LIMIT and cut < CUT_LIMIT and mean <= MATCHING_OUTLINE
     verdict = judge(alignment.agreement, found, lines)
     if (verdict == "MATCH" and not tells) or hidden >= HIDDEN_LIMIT:
@@ -127,6 +131,12 @@ def hidden_share(predicted: LabelImage, seen: LabelImage) -> float:
     """The share of the predicted paper at which the photo shows something unknown; 0 if none is predicted."""
     paper = is_paper(predicted)
     return float((seen == UNKNOWN)[paper].mean()) if paper.any() else 0.0
+
+
+def outside_share(predicted: LabelImage, outside: Mask | None) -> float:
+    """The share of the predicted paper that lies beyond the edges of the photo; 0 if none is predicted."""
+    paper = is_paper(predicted)
+    return float(outside[paper].mean()) if outside is not None and paper.any() else 0.0
 
 
 def judge(agreement: float, found: tuple[Discrepancy, ...], lines: LineMatch = NO_LINES) -> Verdict:

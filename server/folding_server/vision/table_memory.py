@@ -22,6 +22,10 @@ STANDS = 0.7
 """The same, pixel by pixel, for the camera to stand where it stood: there it is at most 0.45 on tables with grain, and
 under cameras that moved at least 0.84 (``--rendered``, ``--tutorials`` and the examples).
 """
+PLAIN = 1.0
+"""Departure from a smooth surface, in Lab, up to which a table has too little grain to prove anything: half of what noise and
+compression add to a colour.
+"""
 UNLIKE_TABLE, FEWEST_MARKS = 9.0, 0.004
 """Cost from which a part of the table is a mark on it, and the share of the table that marks must have."""
 WIDEST_MARK, MARK_COST = 0.03, 9.0
@@ -117,7 +121,7 @@ def recall(memory: TableMemory, lab: Image, seen: Mask, grid: Grid, table: Look)
     usual = np.linalg.norm(rest, axis=1) < 3 * max(left, 1.0)
     covariance = rest[usual].T @ rest[usual] / max(int(usual.sum()), 1)
     departure = _departure(lab - moved, known, grid)
-    stands = pixelwise < STANDS * smooth
+    stands = smooth > PLAIN and pixelwise < STANDS * smooth
     return Recalled(np.asarray(expected, np.float32), covariance, known, departure, stands)
 
 

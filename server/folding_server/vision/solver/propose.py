@@ -18,7 +18,7 @@ CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
 STILL_EXPLAINED = 0.93
 """A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
-NEW_CAMERA_COST = 0.01
+NEW_CAMERA_COST = 0.004
 """What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
@@ -89,7 +89,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     plans = _framed_anew(paper, observer, frame) if moved else []
     if not plans or plans[0].agreement < COMPOUND_BELOW:
         standing = _standing(paper, observer, frame, last, views, pairs=pairs)
-        if not moved and standing[0].agreement < EXPLAINED and not observer.stands(frame):
+        if not moved and standing[0].agreement < (SURELY_WRONG if observer.stands(frame) else EXPLAINED):
             plans = _framed_anew(paper, observer, frame)
         plans = best_first([*plans, *standing])
     return tuple(_distinct(plans))
