@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from folding_schemas.actions import AddVertex, Fold
+from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.fitting.scene import face_stack
@@ -13,6 +14,7 @@ from folding_server.vision.solver import propose
 from framed_anew import SIDE, Standpoint, photo
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from reference_data import REFERENCE
 from vision_scenes import PhotoList
 
 STANDPOINTS = st.builds(
@@ -93,3 +95,37 @@ def test_a_photo_that_cuts_the_sheet_matches_nothing_and_says_why() -> None:
     match = compare_with_photo(new_paper(), observer, 2).match
     assert match.verdict != "MATCH"
     assert "the paper reaches beyond the edge of the photo" in match.words[0]
+
+
+@pytest.mark.slow
+@pytest.mark.reference("cases/photos")
+def test_a_sheet_turned_and_folded_between_two_photos_is_followed() -> None:
+    sequence = load_sequence(REFERENCE / "cases" / "photos" / "turn_and_fold")
+    observer, paper = see_sequence(sequence), new_paper()
+    for frame in (2, 3):
+        paper = propose(paper, observer, frame)[0].paper
+        assert compare_with_photo(paper, observer, frame).match.verdict == "MATCH"
+    (first, *_) = [
+        action for action in propose(new_paper(), observer, 2)[0].actions if action.action == "fold"
+    ]
+    assert set(first.edge) in ({1, 3}, {2, 4})
+
+
+@pytest.mark.slow
+@pytest.mark.reference("cases/photos")
+def test_a_photo_zoomed_until_the_sheet_leaves_it_is_no_match() -> None:
+    sequence = load_sequence(REFERENCE / "cases" / "photos" / "false_match_cut_photo")
+    observer, paper = see_sequence(sequence), new_paper()
+    for frame in (2, 3):
+        paper = propose(paper, observer, frame)[0].paper
+    match = compare_with_photo(paper, observer, 3).match
+    assert match.verdict != "MATCH"
+    assert "the paper reaches beyond the edge of the photo" in match.words[0]
+
+
+@pytest.mark.reference("cases/photos")
+@pytest.mark.parametrize("name", ["heic_frames", "img_names"])
+def test_photos_as_phones_deliver_them_are_a_sequence(name: str) -> None:
+    sequence = load_sequence(REFERENCE / "cases" / "photos" / name)
+    assert sequence.frame_count == 4
+    assert see_sequence(sequence).two_coloured
