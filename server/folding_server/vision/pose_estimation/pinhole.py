@@ -109,6 +109,12 @@ def camera_of(affine: Floats, pivot: Point, at: Point, focal: float) -> PinholeC
     )
 
 
+def upright_camera(pose: Pose, frame: PictureFrame) -> PinholeCamera:
+    """A camera that looks straight down from where the first photo was taken, not turned: vertex 1 is its upper left."""
+    size = log(pose.pixels_per_unit / frame.pixels_per_unit)
+    return PinholeCamera((0.5, 0.5), 0.0, 0.0, 0.0, size, focal=frame.focal)
+
+
 def projected(matrix: Floats, points: Floats) -> Floats:
     """Points (N, 2) through a homography."""
     moved = np.column_stack([points, np.ones(len(points))]) @ matrix.T

@@ -27,6 +27,10 @@ met at a tilt of 19 degrees.
 """
 
 
+WAYS = 4
+"""Rotations kept of each shape: a square has as many."""
+
+
 @dataclass(frozen=True)
 class NormalForm:
     """A shape whitened by its silhouette: ``center`` (2,) and ``spread`` (2, 2) take normal coordinates to the plane,
@@ -79,7 +83,7 @@ class AffineMatch:
 _WEIGHT = (np.arange(RADII) + 0.5)[None, :, None]
 
 
-def affine_matches(seen: NormalForm, shapes: Sequence[NormalForm], each: int = 2) -> list[AffineMatch]:
+def affine_matches(seen: NormalForm, shapes: Sequence[NormalForm], each: int = WAYS) -> list[AffineMatch]:
     """At most ``each`` ways, for each shape, in which a camera may show it as the photo does; the best first."""
     if not shapes:
         return []

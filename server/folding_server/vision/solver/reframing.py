@@ -24,7 +24,7 @@ from folding_server.vision.pose_estimation.estimate import (
     seen_faces,
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright_camera
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
@@ -100,9 +100,16 @@ def _weighed(plan: Plan) -> Plan:
 
 
 def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEstimate | None:
-    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
+    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo.
+
+    Of those that a symmetrical paper allows, the one that is turned least against the first photo's.
+    """
     views = observer.pictures(frame) if frame > 0 else ()
-    found = [e for view in views for e in estimates([face_stack(paper)], view)[:1]]
+    found = [
+        e
+        for view in views
+        for e in estimates([face_stack(paper)], view, upright_camera(observer.pose, view.frame))[:1]
+    ]
     return max(found, key=lambda estimate: estimate.value, default=None)
 
 
