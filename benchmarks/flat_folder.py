@@ -61,7 +61,7 @@ def side_by_side(clone: Path, every: int, seconds: float) -> dict[str, Any]:
 
     Where Flat-Folder did not end in time the ratio is at most what is given. Patterns that it refuses are listed and not counted.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     for faces, file in patterns_of(clone, every):
         theirs, ours = measured_by_flat_folder(clone, file, seconds), measured_by_us(file)
         counted = theirs["states"] is not None or theirs["refused"] == "out of time"
@@ -72,7 +72,7 @@ def side_by_side(clone: Path, every: int, seconds: float) -> dict[str, Any]:
         sys.stderr.write(
             f"{faces} faces: {ours['cpu']:.1f} s, Flat-Folder {theirs['cpu']} s ({theirs['refused']})\n"
         )
-    ratios = [row["ratio"] for row in rows if row["ratio"] is not None]
+    ratios: list[float] = [row["ratio"] for row in rows if row["ratio"] is not None]
     return {
         "clone": str(clone),
         "patterns": rows,

@@ -186,8 +186,7 @@ def work_once(home: Path, count: int, ceiling: float | None) -> dict[str, Any]:
         planned = time.perf_counter()
         budget = BatchBudget(ceiling)
         table = Drawn(home / "memory")
-        number = lambda task: int(task.sequence.rpartition("/")[2])  # noqa: E731
-        queue = BatchQueue(index, budget, table, lambda task: ledger.is_complete(number(task)))
+        queue = BatchQueue(index, budget, table, lambda task: ledger.is_complete(_number(task)))
         work = MadeUpWork(ledger, budget)
         took = run_in_virtual_time(queue.work_through(work, BatchLimits(JOBS, TRIES)))
         return {
@@ -275,6 +274,11 @@ def _killed(home: Path, count: int, chance: Random) -> int:
             time.sleep(0.01)
         child.send_signal(signal.SIGKILL)
     return counted(home, count)["complete_once"]
+
+
+def _number(task: BatchTask) -> int:
+    """The number of a made-up sequence, which its name ends in."""
+    return int(task.sequence.rpartition("/")[2])
 
 
 def main() -> None:

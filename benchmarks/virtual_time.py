@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-class _Jumps(selectors.DefaultSelector):  # type: ignore[misc, valid-type]
+class _Jumps(selectors.DefaultSelector):
     """Where the loop would wait for files or a time, the time comes at once."""
 
     def __init__(self) -> None:
