@@ -171,3 +171,21 @@ def test_a_table_of_many_browns_is_no_skin() -> None:
         seen = observer.frame(frame, 180)
         _, inside = observer.pose.rectify(photos[frame - 1], seen.grid)
         assert (seen.labels == UNKNOWN)[inside].mean() < 0.1
+
+
+@pytest.mark.parametrize("side", [11, 12, 13])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_small_thing_of_many_colours_on_the_table_is_unknown_or_table(side: int, seed: int) -> None:
+    """However few pixels of each colour there are."""
+    look = Look(lamp=0.0)
+    photo = paint(new_paper(), look).copy()
+    colours = np.array([(20, 200, 30), (220, 30, 200), (250, 220, 10), (10, 60, 240)], np.uint8)
+    photo[20 : 20 + side, 20 : 20 + side] = (
+        np.random.default_rng(seed)
+        .permuted(np.resize(colours, (side * side, 3)), axis=0)
+        .reshape(side, side, 3)
+    )
+    observer = see_sequence(PhotoList([paint(new_paper(), look, seed=1), photo]))
+    seen = observer.frame(2, GRID.pixels_per_unit)
+    place = np.array(GRID.to_plane((20 + side // 2, 20 + side // 2)))
+    assert seen.grid.under(place, seen.labels).item() in {BACKGROUND, UNKNOWN}

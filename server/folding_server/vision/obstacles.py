@@ -43,6 +43,8 @@ SHADES = 4
 """Colours that an obstacle may have."""
 FEWEST_OBSTACLE_PIXELS = 60
 """Pixels of an obstacle from which its colours are known."""
+FEWEST_SHADE_PIXELS = 21
+"""Pixels of one of its colours from which that is known: of fewer the spread is chance."""
 LEAD = 1.0
 """Nats by which a pixel must rather be the obstacle than table or paper to belong to it."""
 THINNEST_FINGER = 0.03
@@ -152,9 +154,9 @@ def _alike(view: ObstacleView, core: Mask) -> Mask:
         return np.zeros(core.shape, bool)
     numbers, _ = cluster(colours[:: max(1, len(colours) // 4000)], SHADES)
     sampled = colours[:: max(1, len(colours) // 4000)].astype(np.float64)
-    own = np.minimum.reduce(
-        [_likeness(view.lab, sampled[numbers == k]) for k in range(SHADES) if (numbers == k).sum() > 20]
-    )
+    shades = [sampled[numbers == k] for k in range(SHADES)]
+    large = [shade for shade in shades if len(shade) >= FEWEST_SHADE_PIXELS] or [sampled]
+    own = np.minimum.reduce([_likeness(view.lab, shade) for shade in large])
     classes = [_normaliser(look.surfaces[0].covariance) for look in view.palette.looks]
     others = (view.costs + np.array(classes, np.float32)).min(axis=-1)
     lead = cv2.blur((others - own).clip(-10, 10), (5, 5))
