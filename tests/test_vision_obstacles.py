@@ -6,8 +6,11 @@ import pytest
 from folding_server.arrays import RgbImage
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
+from folding_server.vision.colours import to_lab
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, is_paper
+from folding_server.vision.obstacles import ObstacleView, obstacles
 from folding_server.vision.seeing import see_sequence
+from folding_server.vision.segmentation import class_costs
 from paper_drawings import label_image
 from vision_scenes import GRID, SIDE, Look, PhotoList, paint, share_right
 
@@ -173,19 +176,15 @@ def test_a_table_of_many_browns_is_no_skin() -> None:
         assert (seen.labels == UNKNOWN)[inside].mean() < 0.1
 
 
-@pytest.mark.parametrize("side", [11, 12, 13])
-@pytest.mark.parametrize("seed", range(4))
-def test_a_small_thing_of_many_colours_on_the_table_is_unknown_or_table(side: int, seed: int) -> None:
-    """However few pixels of each colour there are."""
-    look = Look(lamp=0.0)
-    photo = paint(new_paper(), look).copy()
-    colours = np.array([(20, 200, 30), (220, 30, 200), (250, 220, 10), (10, 60, 240)], np.uint8)
-    photo[20 : 20 + side, 20 : 20 + side] = (
-        np.random.default_rng(seed)
-        .permuted(np.resize(colours, (side * side, 3)), axis=0)
-        .reshape(side, side, 3)
-    )
-    observer = see_sequence(PhotoList([paint(new_paper(), look, seed=1), photo]))
-    seen = observer.frame(2, GRID.pixels_per_unit)
-    place = np.array(GRID.to_plane((20 + side // 2, 20 + side // 2)))
-    assert seen.grid.under(place, seen.labels).item() in {BACKGROUND, UNKNOWN}
+def test_an_obstacle_of_which_each_colour_has_few_pixels_is_unknown() -> None:
+    observer = see_sequence(PhotoList([paint(new_paper(), Look(lamp=0.0))]))
+    grid = observer.frame(1).grid
+    rgb = np.full((grid.rows, grid.cols, 3), Look().table, np.uint8)
+    for place, colour in enumerate([(20, 200, 30), (220, 30, 200), (250, 220, 10), (10, 60, 240)]):
+        row, col = 20 + 6 * (place // 2), 20 + 6 * (place % 2)
+        rgb[row : row + 6, col : col + 6] = colour
+    lab, seen = to_lab(rgb), np.ones(rgb.shape[:2], bool)
+    costs = class_costs(lab, grid, observer.palette)
+    hidden = obstacles(ObstacleView(lab, rgb, costs, seen, grid, observer.palette, None))
+    assert hidden[20:32, 20:32].all()
+    assert hidden.sum() < 250
