@@ -71,7 +71,7 @@ class LessonFilm:
 
     def __init__(self, lesson: Lesson, words: Sequence[str], form: FilmForm) -> None:
         program = lesson.program
-        self.form, self.title, self.words = form, program.name, words
+        self.form, self.title, self.words = form, lesson.title, words
         self.scenes = film_scenes(lesson)
         self.final = lesson.final
         self.inks = printed(diagram_colors(colors_of(program.front_color, program.back_color)))

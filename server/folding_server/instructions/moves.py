@@ -47,6 +47,11 @@ class Lesson:
     refusal: str | None = None
 
     @property
+    def title(self) -> str:
+        """What people call the model: its name without the signs of a file's name."""
+        return self.program.name.replace("_", " ").strip()
+
+    @property
     def final(self) -> Paper:
         """The finished model."""
         return self.moves[-1].after if self.moves else new_paper(self.program.sheet)

@@ -27,7 +27,7 @@ def sheet_content(
             return sheet_svg(lay_out(lesson, words, replace(form, endless=True), photos)).encode()
         case ".html":
             steps = sheet_steps(lesson, words, form.column_width, photos)
-            return sheet_html(lesson.program.name, steps, form.column_width, language).encode()
+            return sheet_html(lesson.title, steps, form.column_width, language).encode()
         case ".txt":
             return numbered_lines(words).encode()
     raise FoldingError(

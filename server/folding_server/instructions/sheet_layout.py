@@ -120,7 +120,7 @@ def lay_out(
     ``photos`` are JPEGs by keyframe: beside a drawing stands that of the paper before its step.
     """
     steps = sheet_steps(lesson, words, form.column_width, photos or {})
-    return InstructionSheet(lesson.program.name, tuple(_pages(lesson.program.name, steps, form)))
+    return InstructionSheet(lesson.title, tuple(_pages(lesson.title, steps, form)))
 
 
 def sheet_steps(

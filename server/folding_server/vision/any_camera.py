@@ -16,10 +16,6 @@ BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
 
-LEAST_STANDING = 0.9
-"""A paper that agrees worse than this lies elsewhere, also before a camera that stands: it is looked for in the whole picture."""
-
-
 @dataclass(frozen=True)
 class PhotoComparison:
     """How a paper agrees with a photo, and by which camera: ``observer`` sees ``seen``; ``estimate`` is that camera if it is
@@ -33,14 +29,14 @@ class PhotoComparison:
 
 
 def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> PhotoComparison:
-    """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little.
+    """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little and the
+    table does not prove that the camera stands.
 
     PhotoError if there is no such photo.
     """
     seen = observer.frame(frame)
     first = PhotoComparison(compare(paper, seen), seen, observer)
-    stands = observer.stands(frame) and first.match.agreement >= LEAST_STANDING
-    if frame == 1 or first.match.verdict == "MATCH" or stands:
+    if frame == 1 or first.match.verdict == "MATCH" or observer.stands(frame):
         return first
     other = _under_own_camera(paper, observer, frame)
     if other is None or other.match.agreement < first.match.agreement + BETTER_BY:

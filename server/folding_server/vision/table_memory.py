@@ -22,10 +22,8 @@ STANDS = 0.7
 """The same, pixel by pixel, for the camera to stand where it stood: there it is at most 0.45 on tables with grain, and
 under cameras that moved at least 0.84 (``--rendered``, ``--tutorials`` and the examples).
 """
-PLAIN = 1.0
-"""Departure from a smooth surface, in Lab, up to which a table has too little grain to prove anything: half of what noise and
-compression add to a colour.
-"""
+MISPLACED_BY, MISPLACED_SAMPLES = 12, 3000
+"""Pixels by which a camera has moved for certain, and samples by which it is told whether the table would show that."""
 UNLIKE_TABLE, FEWEST_MARKS = 9.0, 0.004
 """Cost from which a part of the table is a mark on it, and the share of the table that marks must have."""
 WIDEST_MARK, MARK_COST = 0.03, 9.0
@@ -121,8 +119,22 @@ def recall(memory: TableMemory, lab: Image, seen: Mask, grid: Grid, table: Look)
     usual = np.linalg.norm(rest, axis=1) < 3 * max(left, 1.0)
     covariance = rest[usual].T @ rest[usual] / max(int(usual.sum()), 1)
     departure = _departure(lab - moved, known, grid)
-    stands = smooth > PLAIN and pixelwise < STANDS * smooth
+    stands = pixelwise < STANDS * min(smooth, _misplaced(memory.lab, sample, xs, ys, own))
     return Recalled(np.asarray(expected, np.float32), covariance, known, departure, stands)
+
+
+def _misplaced(remembered: Image, sample: Mask, x: Floats, y: Floats, own: Floats) -> float:
+    """How badly, in Lab, the memory fits at a place where the camera does not stand: 0 on a table that looks alike everywhere."""
+    rows, cols = np.nonzero(sample)
+    step = max(1, len(rows) // MISPLACED_SAMPLES)
+    rows, cols, x, y, own = rows[::step], cols[::step], x[::step], y[::step], own[::step]
+    left = []
+    for down, right in ((MISPLACED_BY, MISPLACED_BY), (-MISPLACED_BY, MISPLACED_BY)):
+        there = (rows - down).clip(0, sample.shape[0] - 1), (cols - right).clip(0, sample.shape[1] - 1)
+        difference = own - remembered[there]
+        light = fit_surface(x, y, difference, 2)
+        left.append(float(np.median(np.linalg.norm(difference - light.at(x, y), axis=1))))
+    return min(left)
 
 
 def _departure(difference: Image, known: Mask, grid: Grid) -> Image:

@@ -19,7 +19,7 @@ def lesson_words(lesson: Lesson, language: Language = "en") -> list[StepWords]:
     sentences = Sentences(language)
     told = zip(lesson.moves, say(lesson), strict=True)
     words = [_words(move, said, sentences) for move, said in told]
-    return [*words, StepWords(sentences.finished(lesson.program.name), {})]
+    return [*words, StepWords(sentences.finished(lesson.title), {})]
 
 
 def numbered_lines(words: Iterable[StepWords]) -> str:
