@@ -35,7 +35,7 @@ async def test_hosts_of_either_era_see_the_server_and_its_tools(tmp_path: Path, 
         assert client.server_info is not None
         assert client.server_info.name == "foldingagent"
         assert "open_run" in (client.instructions or "")
-    assert len(tools) == 26
+    assert len(tools) == 28
 
 
 @pytest.mark.slow

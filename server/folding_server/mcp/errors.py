@@ -44,10 +44,18 @@ def bad_arguments(tool: str, schema: Schema, arguments: Mapping[str, object], er
     """The answer to a call whose values do not fit: the first that is wrong, and what is allowed."""
     first = error.errors(include_url=False, include_context=False)[0]
     name = str(first["loc"][0]) if first["loc"] else ""
-    allowed = schema.get("properties", {}).get(name, {}).get("description", first["msg"])
+    allowed = _allowed(schema.get("properties", {}).get(name, {}), first["msg"])
     if name not in arguments:
         return f"The tool {tool} needs {name}: {allowed}."
     return f"The argument {name} {_shown(arguments[name])} is not possible: it must be {allowed}."
+
+
+def _allowed(argument: Schema, otherwise: str) -> str:
+    """What an argument may be, as its schema describes it, with the values of a list that the description does not name."""
+    described: str = argument.get("description", otherwise)
+    values = [str(value) for value in argument.get("enum", ())]
+    unnamed = any(value not in described for value in values)
+    return f"{described}, one of {', '.join(values)}" if unnamed else described
 
 
 def unknown_address(uri: str) -> str:
