@@ -2,16 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from folding_server.simulator.paper import Paper
 from folding_server.vision.comparison import Match, compare
 from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
 from folding_server.vision.seeing import Observation, SequenceObserver
 
-TABLE_AROUND = 0.3
-"""How far around the paper the table is looked at, in sheet units: its colour is told there."""
 BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
@@ -51,9 +47,6 @@ def _under_own_camera(paper: Paper, observer: SequenceObserver, frame: int) -> P
     if not found:
         return None
     view, estimate = max(found, key=lambda pair: pair[1].value)
-    points = np.array([p for outline in stack.outlines for p in outline])
-    low, high = points.min(axis=0) - TABLE_AROUND, points.max(axis=0) + TABLE_AROUND
-    pose = estimate.camera.pose(view.frame)
-    own = observer.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    own = observer.under(estimate.camera.pose(view.frame), stack.surroundings)
     seen = replace(own.frame(frame), scales=(1.0, 1.0))
     return PhotoComparison(compare(paper, seen), seen, own, estimate)

@@ -11,10 +11,12 @@ from folding_server.arrays import Image, Indices, Mask
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.grid import Grid
+from folding_server.vision.grid import Grid, Reach
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels
 
+SURROUNDINGS = 0.3
+"""How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
 _AROUND, _SMOOTH = 0.04, 0.7
 """How far around a place (sheet units) the light is taken to be the same, and how far pixels are smoothed."""
 
@@ -42,11 +44,23 @@ class FaceStack:
     backs: Sequence[bool]
 
     @cached_property
+    def bounds(self) -> Reach:
+        """The bounding box: left, bottom, right, top."""
+        points = np.array([p for outline in self.outlines for p in outline])
+        (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        return left, bottom, right, top
+
+    @cached_property
     def center(self) -> Point:
         """The middle of the bounding box."""
-        points = np.array([p for outline in self.outlines for p in outline])
-        low, high = points.min(axis=0), points.max(axis=0)
-        return float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2
+        left, bottom, right, top = self.bounds
+        return (left + right) / 2, (bottom + top) / 2
+
+    @property
+    def surroundings(self) -> Reach:
+        """The bounding box with SURROUNDINGS of table about it."""
+        left, bottom, right, top = self.bounds
+        return left - SURROUNDINGS, bottom - SURROUNDINGS, right + SURROUNDINGS, top + SURROUNDINGS
 
 
 def face_stack(paper: Paper) -> FaceStack:

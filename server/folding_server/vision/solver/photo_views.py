@@ -20,8 +20,6 @@ from folding_server.vision.solver.sheet_motions import locate
 
 COARSE, FINE = 64.0, 160.0
 """Pixels per sheet unit for searching and for refining."""
-AROUND_STACK = 0.3
-"""How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
 SEARCH_MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 
@@ -47,9 +45,7 @@ def views_under(
     pose: Pose, stack: FaceStack, observer: SequenceObserver, frame: int, expected: float
 ) -> Views:
     """A photo as a camera of its own shows it, about where a stack lies; ``expected`` is the agreement to hope for."""
-    points = np.array([p for outline in stack.outlines for p in outline])
-    low, high = points.min(axis=0) - AROUND_STACK, points.max(axis=0) + AROUND_STACK
-    own = observer.under(pose, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    own = observer.under(pose, stack.surroundings)
     coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
     scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
     return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)
