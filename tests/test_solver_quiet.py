@@ -76,7 +76,7 @@ def test_a_fold_within_one_colour_is_found_by_the_light() -> None:
     book, folded = corner_folded()
     plan = best(book, folded)
     assert plan.action_class == "fold"
-    assert plan.traced > 0.5
+    assert plan.noted.explained_change > 0.25
     assert exactness(folded, plan.paper).holds()
 
 

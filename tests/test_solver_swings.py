@@ -1,7 +1,5 @@
 """The images between two photos tell plans apart that look alike when all is done."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from films import eyes_on_film, film_movement, halves
@@ -36,7 +34,9 @@ def test_of_two_plans_that_look_alike_the_one_that_moves_what_moved_comes_first(
     seen = watched_places(film_movement(), IDENTITY)
     papers = {"right": right_part_lifted, "left": fold(halves(), (5, 6), -1)}
     plans = [Plan((), "fold", paper, IDENTITY, 0.99, name) for name, paper in papers.items()]
-    judged = [replace(plan, swing=contradiction(halves(), plan.paper, seen)) for plan in reversed(plans)]
+    judged = [
+        plan.noting(moved_otherwise=contradiction(halves(), plan.paper, seen)) for plan in reversed(plans)
+    ]
     assert best_first(judged)[0].explanation == "right"
 
 

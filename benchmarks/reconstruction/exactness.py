@@ -52,6 +52,16 @@ def exactness(truth: Paper, found: Paper, tolerance: float = TOLERANCE) -> Exact
     return max(results, key=lambda e: (e.creases + e.order, -e.farthest))
 
 
+def same_side_up(truth: Paper, found: Paper) -> bool:
+    """Whether both papers, the same but for a turn of the sheet, lie with the same side up: their largest face tells."""
+    quarters = max(QUARTERS, key=lambda q: (e := _under(truth, found, q, TOLERANCE)).creases + e.order)
+    face = max(truth.faces, key=lambda f: Polygon(truth.sheet_polygon(f)).area)
+    middle = Polygon(truth.sheet_polygon(face)).centroid
+    other = _face_at(found, turned((middle.x, middle.y), quarters))
+    first, second = truth.isometries[face], found.isometries[other]
+    return (first.a * first.d - first.b * first.c) * (second.a * second.d - second.b * second.c) > 0
+
+
 def kind(letter: str) -> str:
     """Boundary, flat or folded."""
     return KINDS.get(letter, "folded")

@@ -8,6 +8,7 @@ import numpy as np
 
 from folding_server.arrays import Floats
 from folding_server.geometry.isometry import IDENTITY
+from folding_server.vision.evidence import Evidence
 from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.grid import grid_over
 from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
@@ -32,31 +33,30 @@ ROUGH_REACHES = (0.12, 0.08, 0.05)
 """Rounds of a rough fit: how far points look, in shares of the paper's extent."""
 EITHER_TILT = 6.0
 """Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
-USUAL_TILT, TILT_COST = 20.0, 0.004
-"""A tilt of the first, in degrees, costs the second, in shares of the paper; others by their square."""
-STEEP, STEEP_COST = 28.0, 0.003
-"""Each degree of tilt beyond the first costs the second besides: nobody films folding so flatly."""
-LARGEST_ZOOM, SMALLEST_ZOOM, ZOOM_BEYOND_COST = 3.0, 0.33, 0.05
-"""The camera may come so near and go so far, by scale, for nothing; beyond it costs the third per unit of the logarithm."""
-ROLL_COST = 0.006
-"""What it costs to turn the camera half round against the photo before."""
+USUAL_TILT, STEEP = 20.0, 28.0
+"""Degrees: tilts count by the square of their share of the first, and besides by what they are beyond the second."""
+LARGEST_ZOOM, SMALLEST_ZOOM = 3.0, 0.33
+"""The camera may come so near and go so far, by scale, for nothing."""
 SAME_PLACE = 0.02
 """Corners nearer to each other, in picture units, are the same."""
 
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """The ``index``-th paper under a camera: ``agreement``, 0 to 1, and ``cost`` of such a camera in the same shares."""
+    """The ``index``-th paper under a camera: ``agreement``, 0 to 1, ``evidence`` of such a camera, and ``prior``, what the paper costs
+    in the same shares.
+    """
 
     index: int
     camera: PinholeCamera
     agreement: float
-    cost: float
+    evidence: Evidence
+    prior: float = 0.0
 
     @property
     def value(self) -> float:
-        """Agreement less the cost of the camera."""
-        return self.agreement - self.cost
+        """Agreement less the cost of the camera and the paper."""
+        return self.agreement + self.evidence.score - self.prior
 
 
 def shape_of(stack: FaceStack) -> NormalForm | None:
@@ -92,8 +92,8 @@ def estimates(
     found = []
     for match, start in begun[:FULLY_FITTED]:
         best = _fitted(stacks[match.index], view.scene, start.camera)
-        cost = camera_cost(best.camera, before) + costs[match.index]
-        found.append(PoseEstimate(match.index, best.camera, best.agreement, cost))
+        evidence = camera_evidence(best.camera, before)
+        found.append(PoseEstimate(match.index, best.camera, best.agreement, evidence, costs[match.index]))
     return sorted(found, key=lambda estimate: -estimate.value)
 
 
@@ -110,23 +110,20 @@ def _fitted(stack: FaceStack, scene: Scene, first: PinholeCamera) -> Fitted:
         x, y, roll, size, tilt_x, tilt_y = first.vector()
         starts.append(first.moved((x, y, roll, size, -tilt_x, -tilt_y)))
     return max(
-        (fitted(stack, scene, start) for start in starts), key=lambda f: f.agreement - tilt_cost(f.camera)
+        (fitted(stack, scene, start) for start in starts),
+        key=lambda f: f.agreement + camera_evidence(f.camera, None).score,
     )
 
 
-def tilt_cost(camera: PinholeCamera) -> float:
-    """What the tilt of a camera costs, in shares of the paper."""
-    return TILT_COST * (camera.tilt / USUAL_TILT) ** 2 + STEEP_COST * max(0.0, camera.tilt - STEEP)
-
-
-def camera_cost(camera: PinholeCamera, before: PinholeCamera | None) -> float:
-    """What a camera costs after that of the photo before, in shares of the paper."""
+def camera_evidence(camera: PinholeCamera, before: PinholeCamera | None) -> Evidence:
+    """What speaks against a camera after that of the photo before, or by itself if that is not known."""
+    tilted = Evidence(tilt=(camera.tilt / USUAL_TILT) ** 2, steep_tilt=max(0.0, camera.tilt - STEEP))
     if before is None:
-        return tilt_cost(camera)
+        return tilted
     size = float(camera.size - before.size)
-    beyond = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
-    return tilt_cost(camera) + ZOOM_BEYOND_COST * float(beyond) + ROLL_COST * turned / pi
+    zoom = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
+    return replace(tilted, zoom=zoom, roll=turned / pi)
 
 
 SeenFaces = list[tuple[bool, Floats]]

@@ -1,7 +1,6 @@
 """What speaks against a plan besides the photo: that it shows nothing, or creases paper where nobody would."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import dist
 
 from folding_server.geometry.convex import area
@@ -22,11 +21,14 @@ def doubted(plan: Plan, nothing: Plan) -> Plan:
     """
     gain = max(plan.agreement - nothing.agreement, plan.looks - nothing.looks) + nothing.drift - plan.drift
     doubt = min(1.0, max(0.0, 1.0 - gain / VISIBLE))
-    unseen = doubt if plan.creases and not plan.traced else 0.0
-    idle = doubt if plan.action_class == "rotate" else 0.0
     before, after = nothing.paper, plan.paper
     fresh = len(after.faces) > len(before.faces)
-    return replace(plan, unseen=unseen, idle=idle, fresh=fresh, sliver=fresh and _makes_sliver(before, after))
+    return plan.noting(
+        unseen_fold=doubt if plan.creases and not plan.noted.explained_change else 0.0,
+        unseen_turn=doubt if plan.action_class == "rotate" else 0.0,
+        new_crease=float(fresh),
+        sliver=float(fresh and not plan.noted.narrow_strip and _makes_sliver(before, after)),
+    )
 
 
 def _makes_sliver(before: Paper, after: Paper) -> bool:

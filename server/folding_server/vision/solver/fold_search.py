@@ -31,7 +31,7 @@ from folding_server.vision.solver.lines import (
     edge_directions,
     landmark_lines,
 )
-from folding_server.vision.solver.plan import zoom_cost
+from folding_server.vision.solver.plan import scale_change_cost
 
 _PARALLEL = 0.9992
 """Cosine of the angle (2.3 degrees) within which a line may be meant to be parallel to another."""
@@ -112,7 +112,7 @@ class FoldSearch:
     def _worth(self, scene: Scene, after: LabelImage, motion: Similarity) -> float:
         """The agreement of a drawing or, looking for a part of the change, what it puts right less what it spoils."""
         if not self.effort.partial:
-            return scene.agreement_of(after) - self._zoom_cost(motion)
+            return scene.agreement_of(after) - self._scale_change_cost(motion)
         changed = (self._drawn_before(scene, motion) != after) & scene.known
         right = int(np.count_nonzero(changed & (after == scene.labels)))
         wrong = int(np.count_nonzero(changed & (after != scene.labels)))
@@ -122,9 +122,9 @@ class FoldSearch:
         """What a fold as it stands is worth on the fine view."""
         return self._worth(self.fine, self.fine.draw(self.leaves.folded(moving), motion), motion)
 
-    def _zoom_cost(self, motion: Similarity) -> float:
+    def _scale_change_cost(self, motion: Similarity) -> float:
         """What it costs that the sheet looks larger or smaller under a motion than it did before."""
-        return zoom_cost(motion.scale / self.scale, self.handheld)
+        return scale_change_cost(motion.scale / self.scale, self.handheld)
 
     def _drawn_before(self, scene: Scene, motion: Similarity) -> LabelImage:
         """The paper as it was, under a motion."""

@@ -16,7 +16,7 @@ from folding_server.vision.labels import LabelImage
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import FoldFound
 from folding_server.vision.solver.leaves import Leaves
-from folding_server.vision.solver.plan import zoom_cost
+from folding_server.vision.solver.plan import scale_change_cost
 from folding_server.vision.solver.realise import realise
 
 
@@ -54,7 +54,7 @@ class TwoFolds:
 
     def _value(self, x: Vector) -> float:
         scale = self._motion(x).scale / self.first.found.motion.scale
-        return self.views.fine.agreement_of(self._drawn(x)) - zoom_cost(scale, self.views.handheld)
+        return self.views.fine.agreement_of(self._drawn(x)) - scale_change_cost(scale, self.views.handheld)
 
     def _drawn(self, x: Vector) -> LabelImage:
         """What both folds look like, moved; without the second if it cannot be made."""

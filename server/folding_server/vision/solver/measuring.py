@@ -6,21 +6,15 @@ from folding_server.geometry.similarity import Similarity, turned_between
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import Views, face_stack
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
-from folding_server.vision.solver.plan import Plan, zoom_cost
+from folding_server.vision.solver.plan import FREE_TURN, Plan, scale_change
 
 
 def measured(plan: Plan, views: Views, last: Similarity) -> Plan:
     """A plan with its motion, agreement and lines as the fine view has them; ``last`` is the motion before."""
     freedom = Freedom(shift=0.01, turn=1.0, scale=0.01, halvings=3)
     settled = align(face_stack(plan.paper), views.fine, plan.motion, freedom)
-    zoom = zoom_cost(settled.motion.scale / last.scale, views.handheld)
-    turned = turned_between(last, settled.motion)
-    lines = inner_edge_agreement(plan.paper, views.fine, settled.motion).contradiction
-    return replace(
-        plan,
-        motion=settled.motion,
-        agreement=settled.agreement,
-        zoom=zoom,
-        turned=turned,
-        contradiction=lines,
+    return replace(plan, motion=settled.motion, agreement=settled.agreement).noting(
+        **scale_change(settled.motion.scale / last.scale, views.handheld),
+        drift_turn=max(0.0, turned_between(last, settled.motion) - FREE_TURN),
+        inner_lines=inner_edge_agreement(plan.paper, views.fine, settled.motion).contradiction,
     )

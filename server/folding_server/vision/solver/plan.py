@@ -1,7 +1,8 @@
 """A plan: the actions that would explain a transition, and how well they do."""
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 from folding_schemas.actions import Action
@@ -9,48 +10,19 @@ from folding_schemas.results import ActionClass
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.evidence import NOTHING_NOTED, Evidence, terms
 
-COST = {"fold": 0.003, "unfold": 0.002, "rotate": 0.0035, "flip": 0.0025, "add_vertex": 0.0003}
-"""What an action must gain in agreement to be worth taking: the simpler explanation wins a tie."""
-SLANTED_COST = 0.0015
-"""Paper is flipped over sideways or upwards; over a diagonal only if that shows."""
-COMPOUND_COST = 0.008
-"""Keyframes are mostly one action apart."""
-IDLE_TURN_COST = 0.002
-"""A turn by which nothing seems to change is not what a photo is taken of."""
-NOTHING_HAPPENED = 0.008
-"""Keyframes are chosen because something changed, so doing nothing must clearly be the best."""
-
-
-ZOOM_COST = {"held": (0.1, 0.01), "still": (0.8, 0.007)}
-"""What a change of scale between two photos costs per unit of its logarithm, and what is free, under a camera in the
-hand and under one that stands still.
-"""
-TURN_COST, FREE_TURN = 0.0005, 6.0
-"""A turn of the sheet that no action accounts for costs this much a degree, beyond the free part."""
-UNSEEN_COST = 0.01
-"""Of explanations that look like nothing at all, a fold is the least likely: people show what they fold."""
-THIN_COST = 0.012
-"""What it costs to fold nothing but a narrow strip."""
-FRESH_COST = 0.003
-"""What it costs to make a new crease: those that are there were mostly made to be folded along."""
-LOOSE_COST = 0.0005
-"""What it costs that no construction gives the line of the last fold."""
-SLIVER_COST = 0.006
-"""What it costs to crease the paper a hair beside an edge or another crease."""
-SWING_COST = 0.02
-"""What it costs when all of the paper moved otherwise than planned in the images between two photos."""
-TRACE_WORTH = 0.008
-"""What it is worth to explain all that looks different within one colour; half of it is worth a quarter."""
-UNSEEN_LINES_COST = 0.02
-"""What it costs when no layer border that a plan predicts is seen, or all lines seen are others."""
+FREE_TURN = 6.0
+"""Degrees by which people turn the sheet without meaning to."""
+FREE_SCALE_CHANGE = {"held": 0.01, "standing": 0.007}
+"""Logarithm of a change of scale between two photos that says nothing, under a camera in the hand and under one that stands."""
 
 
 @dataclass(frozen=True)
 class Plan:
     """Primitives to apply in order, the paper they lead to, and the motion under which it explains the photo.
 
-    ``agreement`` is the share of paper pixels explained, 0 to 1; ``score`` is that less the cost of the actions.
+    ``agreement`` is the share of paper pixels explained, 0 to 1; ``noted`` is what else was measured.
     """
 
     actions: tuple[Action, ...]
@@ -59,55 +31,43 @@ class Plan:
     motion: Similarity
     agreement: float
     explanation: str
-    zoom: float = 0.0
-    turned: float = 0.0
-    contradiction: float = 0.0
-    unseen: float = 0.0
-    swing: float = 0.0
-    thin: bool = False
-    traced: float = 0.0
-    idle: float = 0.0
-    loose: bool = False
-    fresh: bool = False
-    sliver: bool = False
-    regret: float = 0.0
-    framing: float = 0.0
+    noted: Evidence = NOTHING_NOTED
+
+    def noting(self, **values: float) -> "Plan":
+        """The plan with other values of some terms of evidence."""
+        return replace(self, noted=replace(self.noted, **values))
+
+    @property
+    def evidence(self) -> Evidence:
+        """All terms: what was ``noted``, the agreement, and what the actions themselves say."""
+        counts = Counter(action.action for action in self.actions)
+        return replace(
+            self.noted,
+            agreement=self.agreement,
+            nothing_happened=float(not self.actions),
+            folds=float(counts["fold"]),
+            unfolds=float(counts["unfold"]),
+            rotations=float(counts["rotate"]),
+            flips=float(counts["flip"]),
+            diagonal_flips=float(sum(a.action == "flip" and a.axis in ("y=x", "y=-x") for a in self.actions)),
+            added_vertices=float(counts["add_vertex"]),
+            several_creasing_actions=float(self.action_class == "compound" and self.creases),
+        )
 
     @property
     def score(self) -> float:
-        """Agreement less the cost of the actions, of changes of scale and angle, and of what else speaks against the plan.
-
-        ``zoom`` is what the change of scale costs, ``turned`` the angle in degrees by which the sheet drifted,
-        ``contradiction`` that of the inner lines, 0 to 2; ``swing`` is the share of the paper, 0 to 1, that moved
-        otherwise in the images in between; ``traced`` the share, 0 to 1, that a fold within one colour explains of what
-        looks different there. From 0 to 1, ``unseen`` is how far the photo shows nothing of a fold, and ``idle`` how far it
-        shows nothing of a turn. Of the last fold, ``thin`` says that it turns nothing but a narrow strip, ``fresh`` that it makes new creases, ``loose``
-        that no construction gives its line, and ``sliver`` that it cuts a long sliver off a face. ``regret`` is how much
-        worse than after an equal plan the next photo is explained after this one. ``framing`` is what it costs that the
-        camera stands as the plan needs it.
-        """
-        cost = sum(map(_cost, self.actions)) if self.actions else NOTHING_HAPPENED
-        if self.action_class == "compound" and self.creases:
-            cost += COMPOUND_COST
-        cost += SWING_COST * self.swing
-        doubts = UNSEEN_COST * self.unseen + IDLE_TURN_COST * self.idle
-        crease = FRESH_COST * self.fresh + LOOSE_COST * self.loose + THIN_COST * self.thin
-        crease += SLIVER_COST * (self.sliver and not self.thin)
-        return (
-            self.looks
-            - cost
-            - self.drift
-            - doubts
-            - crease
-            - self.regret
-            - self.framing
-            + TRACE_WORTH * self.traced**2
-        )
+        """Agreement, and what else speaks for the plan, less what speaks against it, in shares of the paper."""
+        return self.evidence.score
 
     @property
     def drift(self) -> float:
         """What it costs that the sheet drifted so far and changed its scale so much."""
-        return self.zoom + TURN_COST * max(0.0, self.turned - FREE_TURN)
+        return -self.noted.of("scale_change_held", "scale_change_standing", "drift_turn")
+
+    @property
+    def scaled(self) -> bool:
+        """Whether the sheet looks larger or smaller than in the photo before."""
+        return bool(self.noted.scale_change_held or self.noted.scale_change_standing)
 
     @property
     def creases(self) -> bool:
@@ -122,19 +82,20 @@ class Plan:
     @property
     def looks(self) -> float:
         """Agreement less what the lines inside the paper say against the plan."""
-        return self.agreement - UNSEEN_LINES_COST * self.contradiction
+        return self.agreement + self.noted.of("inner_lines")
 
 
-def _cost(action: Action) -> float:
-    """What an action must gain."""
-    slanted = action.action == "flip" and action.axis in ("y=x", "y=-x")
-    return COST[action.action] + SLANTED_COST * slanted
+def scale_change(ratio: float, handheld: bool) -> dict[str, float]:
+    """The terms that say that the sheet looks ``ratio`` times as large as in the photo before."""
+    camera = "held" if handheld else "standing"
+    change = max(0.0, abs(log(ratio)) - FREE_SCALE_CHANGE[camera])
+    return {"scale_change_held": 0.0, "scale_change_standing": 0.0, f"scale_change_{camera}": change}
 
 
-def zoom_cost(ratio: float, handheld: bool) -> float:
-    """What it costs that the sheet looks ``ratio`` times as large as in the photo before."""
-    rate, free = ZOOM_COST["held" if handheld else "still"]
-    return rate * max(0.0, abs(log(ratio)) - free)
+def scale_change_cost(ratio: float, handheld: bool) -> float:
+    """What it costs, in shares of the paper, that the sheet looks ``ratio`` times as large as in the photo before."""
+    camera = "held" if handheld else "standing"
+    return -terms()[f"scale_change_{camera}"].weight * scale_change(ratio, handheld)[f"scale_change_{camera}"]
 
 
 def best_first(plans: Sequence[Plan]) -> list[Plan]:

@@ -1,7 +1,6 @@
 """Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
@@ -18,8 +17,6 @@ CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
 STILL_EXPLAINED = 0.93
 """A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
-NEW_CAMERA_COST = 0.004
-"""What it costs a plan to need a camera of its own, in shares of the paper."""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 TIE_REFRAMED = 0.016
@@ -36,14 +33,14 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
     Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead.
     Raises PhotoError if there is no such frame. Deterministic.
     """
-    plans: Sequence[Plan] = _explained(paper, observer, frame)
+    plans: Sequence[Plan] = explained(paper, observer, frame)
     tied = _tied(plans)
     if len(tied) > 1 and 1 < len(paper.faces) <= MANY_FACES and frame < observer.photos.frame_count:
         outlook = {
-            id(plan): _explained(plan.paper, observer, frame + 1, pairs=False)[0].score for plan in tied
+            id(plan): explained(plan.paper, observer, frame + 1, pairs=False)[0].score for plan in tied
         }
         best = max(outlook.values())
-        plans = best_first([replace(plan, regret=best - outlook.get(id(plan), best)) for plan in plans])
+        plans = best_first([plan.noting(look_ahead=best - outlook.get(id(plan), best)) for plan in plans])
     return tuple(plans[:count])
 
 
@@ -53,17 +50,17 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """
     if plans[0].agreement < SURELY_WRONG:
         return []
-    tie = TIE_REFRAMED if plans[0].framing else TIE
+    tie = TIE_REFRAMED if plans[0].noted.own_camera else TIE
     tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
-        alike = alike and not plan.framing
+        alike = alike and not plan.noted.own_camera
         if plan.score > plans[0].score - tie and not alike:
             tied.append(plan)
     return tied[:MOST_TIED]
 
 
-def _explained(
+def explained(
     paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool = True
 ) -> tuple[Plan, ...]:
     """The plans that this photo alone suggests, best first; the last few are remembered. Two folds at once take long to find:
@@ -97,10 +94,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
 
 def _framed_anew(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
     """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
-    return [
-        replace(plan, framing=plan.framing + NEW_CAMERA_COST)
-        for plan in explain_reframed(paper, observer, frame)
-    ]
+    return [plan.noting(own_camera=1.0) for plan in explain_reframed(paper, observer, frame)]
 
 
 def _standing(
@@ -111,7 +105,7 @@ def _standing(
     between = movement(observer, frame) if frame > 1 else None
     if between is not None:
         seen = watched_places(between, last)
-        plans = best_first([replace(p, swing=contradiction(paper, p.paper, seen)) for p in plans])
+        plans = best_first([p.noting(moved_otherwise=contradiction(paper, p.paper, seen)) for p in plans])
     return plans
 
 

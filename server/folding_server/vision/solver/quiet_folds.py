@@ -121,18 +121,19 @@ class QuietFolds:
                 self.motion,
                 0.0,
                 "a fold within one colour explains what looks different",
-                thin=is_thin(self.paper, fold.moving),
-                loose=fold.looseness == FREE,
+            ).noting(
+                narrow_strip=float(is_thin(self.paper, fold.moving)), free_line=float(fold.looseness == FREE)
             )
             for fold in ([] if self.nothing_traced else self.run()[:KEPT])
         ]
 
     def judged(self, plan: Plan) -> Plan:
-        """A plan that moves a part of the paper, with the share that it explains of what looks different."""
+        """A plan that moves a part of the paper, with what it explains of what looks different: half of it counts a quarter."""
         if not plan.creases or plan.moves_all:
             return plan
         explained = self.still - self.seen.unexplained(plan.paper)
-        return replace(plan, traced=explained / self.still if explained > LEAST_EXPLAINED else 0.0)
+        share = explained / self.still if explained > LEAST_EXPLAINED else 0.0
+        return plan.noting(explained_change=share**2)
 
     def run(self) -> list[QuietFold]:
         """Folds that explain what looks different better than no fold does, best first; lines that were constructed

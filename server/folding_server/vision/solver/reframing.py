@@ -13,12 +13,13 @@ from folding_schemas.actions import Rotate
 from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
+from folding_server.vision.evidence import Evidence
 from folding_server.vision.fitting.alignment import Freedom, align
 from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
 from folding_server.vision.pose_estimation.estimate import (
     PoseEstimate,
     SeenFaces,
-    camera_cost,
+    camera_evidence,
     estimates,
     same_model,
     seen_faces,
@@ -30,7 +31,7 @@ from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import views_under
-from folding_server.vision.solver.plan import COST, NOTHING_HAPPENED, Plan, best_first
+from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.transition import EXPLAINED, explain
 from folding_server.vision.solver.whole_moves import centered
 
@@ -38,24 +39,18 @@ HYPOTHESES_JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
-FREE_LINE_COST = 0.004
-"""What it costs a fold here that no landmark gives its line: with a free camera such lines explain whatever is left over."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
 """How far a fitted camera may be wrong: by 0.8 % of the size where that was looked up."""
-LINES_COST = 0.02
-"""What lines inside the paper that contradict a plan cost here besides: outlines say less where the camera is free."""
-NEW_CREASE_COST = 0.006
-"""What a new crease costs here besides: with a free camera more of them fit."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
-PRIOR: dict[str, float] = {
-    "none": NOTHING_HAPPENED,
-    "flip": COST["flip"],
-    "fold": COST["fold"],
-    "unfold": COST["unfold"],
-    "compound": 2 * COST["unfold"],
+WITHOUT_PHOTO: dict[str, Evidence] = {
+    "none": Evidence(nothing_happened=1),
+    "flip": Evidence(flips=1),
+    "fold": Evidence(folds=1),
+    "unfold": Evidence(unfolds=1),
+    "compound": Evidence(unfolds=2),
 }
-"""What the action of a hypothesis costs while hypotheses are chosen, as it costs a plan later."""
+"""What the action of a hypothesis says while hypotheses are chosen."""
 PLAN_WORDS = {
     "none": "nothing changed but the camera",
     "flip": "the model was turned over",
@@ -75,7 +70,7 @@ def explain_reframed(paper: Paper, observer: SequenceObserver, frame: int) -> li
     found = []
     for view in observer.pictures(frame):
         judge = _Judge(paper, observer, view, frame, known)
-        stacks, prior = [h.stack for h in tried], [PRIOR[h.action_class] for h in tried]
+        stacks, prior = [h.stack for h in tried], [-WITHOUT_PHOTO[h.action_class].score for h in tried]
         found.append((judge, list(_distinct(estimates(stacks, view, judge.before, prior), tried))))
     likely = [(judge, ways) for judge, ways in found if ways]
     if not likely:
@@ -92,11 +87,16 @@ def _settled(plan: Plan, views: Views) -> Plan:
 
 def _weighed(plan: Plan) -> Plan:
     """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines say more."""
-    return replace(
-        plan,
-        unseen=0.0,
-        framing=plan.framing + LINES_COST * plan.contradiction + NEW_CREASE_COST * plan.fresh,
+    return plan.noting(
+        unseen_fold=0.0,
+        own_camera_inner_lines=plan.noted.inner_lines,
+        own_camera_new_crease=plan.noted.new_crease,
     )
+
+
+def _under(plan: Plan, camera: Evidence) -> Plan:
+    """A plan with what speaks against its camera."""
+    return plan.noting(tilt=camera.tilt, steep_tilt=camera.steep_tilt, zoom=camera.zoom, roll=camera.roll)
 
 
 def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEstimate | None:
@@ -174,9 +174,10 @@ class _Judge:
                 IDENTITY,
                 estimate.agreement,
                 PLAN_WORDS[hypothesis.action_class],
-                loose=not hypothesis.constructed,
-                framing=camera_cost(estimate.camera, self.before)
-                + FREE_LINE_COST * (not hypothesis.constructed),
+                camera_evidence(estimate.camera, self.before),
+            ).noting(
+                free_line=float(not hypothesis.constructed),
+                own_camera_free_line=float(not hypothesis.constructed),
             )
             plan = _settled(plan, views)
             plan = replace(plan, agreement=max(plan.agreement, estimate.agreement))
@@ -212,13 +213,13 @@ class _Judge:
         """Plans found under the camera of the best hypothesis, and the best of them under its own."""
         views = self.views(estimate.camera, face_stack(self.paper))
         plans = [
-            replace(p, framing=camera_cost(estimate.camera, self.before))
+            _under(p, camera_evidence(estimate.camera, self.before))
             for p in explain(self.paper, IDENTITY, views)
         ]
         best = plans[0]
         for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
             again = measured(
-                replace(best, motion=IDENTITY, framing=own.cost),
+                _under(replace(best, motion=IDENTITY), own.evidence),
                 self.views(own.camera, face_stack(best.paper)),
                 IDENTITY,
             )

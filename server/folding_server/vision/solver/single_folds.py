@@ -90,8 +90,6 @@ def _realised(paper: Paper, found: FoldFound, before: Actions) -> list[Plan]:
             found.motion,
             found.agreement,
             words,
-            thin=thin,
-            loose=not found.exact,
-        )
+        ).noting(narrow_strip=float(thin), free_line=float(not found.exact))
         for actions, folded in realise(paper, found.moving, exact=found.exact)
     ]

@@ -96,7 +96,7 @@ def _clear(best: Plan, nothing: Plan) -> bool:
     its classes and by its lines.
     """
     return (
-        not best.zoom
+        not best.scaled
         and best.action_class != "rotate"
         and best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT)
         and best.agreement >= nothing.agreement + STANDS_OUT
