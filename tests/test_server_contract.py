@@ -68,6 +68,7 @@ def contract() -> Contract:
 def test_a_new_optional_argument_and_a_new_answer_field_are_compatible(contract: Contract) -> None:
     contract["fold"]["input"]["properties"]["angle"] = {"type": "number"}
     contract["fold"]["output"]["properties"]["time"] = {"type": "number"}
+    contract["fold"]["output"]["$defs"]["FoldedState"]["properties"]["weight"] = {"type": "number"}
     assert breaking(committed(), contract) == []
     assert compatible(committed(), contract) == ["fold"]
 
@@ -89,7 +90,12 @@ def test_a_new_tool_is_compatible_and_a_lost_one_is_breaking(contract: Contract)
         (
             "output",
             lambda schema: schema["$defs"]["FoldedState"]["properties"].pop("layers"),
-            "FoldedState changed",
+            "FoldedState lost layers",
+        ),
+        (
+            "output",
+            lambda schema: schema["$defs"]["FoldedState"]["properties"]["layers"].update(type="string"),
+            "FoldedState changed its layers",
         ),
     ],
 )

@@ -311,7 +311,10 @@ class Comparison(Wire):
 
 
 class Proposal(Wire):
-    """One plan for a transition: primitives to apply in order, how well the result explains the photo, and why."""
+    """One plan for a transition: primitives to apply in order, how well the result explains the photo, and why.
+
+    ``evidence`` is what each named term adds to ``score``, in shares of the paper.
+    """
 
     rank: int
     action_class: ActionClass
@@ -319,6 +322,7 @@ class Proposal(Wire):
     agreement: float
     score: float
     explanation: str
+    evidence: dict[str, float] = {}
 
 
 class Proposals(Wire):

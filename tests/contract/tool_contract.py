@@ -66,16 +66,23 @@ def _broken_tool(old: Schema, new: Schema) -> Iterator[str]:
     if old.get("structured", True) and not new["structured"]:
         yield "the answer is not structured content any more"
     before, after = old["output"], new["output"]
-    for name, schema in _properties(before).items():
-        if name not in _properties(after):
-            yield f"the answer lost {name}"
-        elif name in before.get("required", []) and name not in after.get("required", []):
-            yield f"the answer may lack {name}"
-        elif schema != _properties(after)[name]:
-            yield f"the answer's {name} changed"
+    yield from _lost(before, after, "the answer")
     for name, definition in before.get("$defs", {}).items():
-        if after.get("$defs", {}).get(name, definition) != definition:
-            yield f"the answer's {name} changed"
+        yield from _lost(definition, after.get("$defs", {}).get(name, definition), f"the answer's {name}")
+
+
+def _lost(before: Schema, after: Schema, what: str) -> Iterator[str]:
+    """What a reader of an object's fields misses or finds otherwise; more fields are no loss."""
+    if _properties(before) or _properties(after):
+        for name, schema in _properties(before).items():
+            if name not in _properties(after):
+                yield f"{what} lost {name}"
+            elif name in before.get("required", []) and name not in after.get("required", []):
+                yield f"{what} may lack {name}"
+            elif schema != _properties(after)[name]:
+                yield f"{what}'s {name} changed" if what == "the answer" else f"{what} changed its {name}"
+    elif before != after:
+        yield f"{what} changed"
 
 
 def _narrower(old: Schema, new: Schema) -> Iterator[str]:

@@ -59,6 +59,7 @@ def proposals(plans: "Sequence[Plan]") -> list[Proposal]:
             agreement=round(plan.agreement, 4),
             score=round(plan.score, 4),
             explanation=plan.explanation,
+            evidence={name: round(value, 4) for name, value in plan.evidence.contributions.items()},
         )
         for rank, plan in enumerate(plans, start=1)
     ]
