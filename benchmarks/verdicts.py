@@ -34,12 +34,12 @@ from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper, apply
 from folding_server.simulator.fold import fold_line
 from folding_server.vision.comparison import compare
-from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import as_one_colour
 from folding_server.vision.raster import draw_paper
-from folding_server.vision.registration import align_paper
+from folding_server.vision.registration.paper_alignment import align_paper
+from folding_server.vision.registration.scene import Scene
 from folding_server.vision.seeing import Observation, see_sequence
-from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet
 from folding_server.vision.solver.realise import realise
 
 HERE = Path(__file__).resolve().parent
@@ -196,7 +196,7 @@ def candidates(
 
 def _other_folds(paper: Paper, action: Fold) -> Iterator[tuple[str, Paper]]:
     """Folds along parallels of a fold's line, and along the line itself with other layers."""
-    line, leaves = fold_line(paper, action.edge, action.direction), Leaves(paper)
+    line, leaves = fold_line(paper, action.edge, action.direction), MovableLayers(paper)
     moved = frozenset(
         f for f, t in apply(paper, action).isometries.items() if t != paper.isometries.get(f, t)
     )

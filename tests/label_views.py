@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from folding_server.geometry.isometry import Isometry, turn
 from folding_server.simulator import Paper
-from folding_server.vision.fitting.scene import Scene, Views
 from folding_server.vision.grid import grid_over
 from folding_server.vision.labels import UNKNOWN, as_one_colour
+from folding_server.vision.registration.scene import Scene, Views
 from paper_drawings import label_image, layer_lines
 
 REACH = (-0.6, -0.6, 1.6, 1.6)

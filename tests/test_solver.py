@@ -11,9 +11,9 @@ from folding_server.errors import ActionRefused
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Line
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.vision.fitting.scene import face_stack
-from folding_server.vision.solver.holding import held
-from folding_server.vision.solver.leaves import AT, NEAR_LINE, Leaves
+from folding_server.vision.registration.edge_icp import snapped_to_edges
+from folding_server.vision.registration.scene import face_stack
+from folding_server.vision.solver.movable_layers import AT, NEAR_LINE, MovableLayers
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import nice_fraction, realise
 from folding_server.vision.solver.sheet_motions import locate
@@ -125,7 +125,7 @@ def test_borders_that_stay_hold_the_sheet_where_two_sides_are_folded_away() -> N
         )
     )
     moved = Spoiling(shift=(0.01, 0.02), degrees=-2.0)
-    motion = held(face_stack(new_paper()), views(folded, moved).fine, IDENTITY)
+    motion = snapped_to_edges(face_stack(new_paper()), views(folded, moved).fine, IDENTITY)
     for place in ((1.0, 0.0), (1.0, 1.0), (0.3, 0.0), (0.3, 1.0)):
         assert motion(place) == pytest.approx(moved.motion(place), abs=0.004)
 
@@ -147,7 +147,7 @@ def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone
     head = {1, 2, 3, 4}
     for gap in (0.0, 0.0004, 0.0008):
         line = Line(0.0, 1.0, truth.folded_vertices_coords[10][1] - gap)
-        (moving,) = (m for m in Leaves(cat).moving_sets(line) if m.faces == head)
+        (moving,) = (m for m in MovableLayers(cat).moving_sets(line) if m.faces == head)
         ((_, folded),) = realise(cat, moving, exact=False)
         assert turned_by(cat, folded) == head
 
@@ -156,7 +156,7 @@ def test_a_fold_a_hair_beside_where_a_layer_above_begins_leaves_that_layer_alone
 def test_the_side_meant_moves_however_little_a_line_leans_from_the_vertical(tilt: float) -> None:
     paper = new_paper()
     for line in (Line(cos(tilt), sin(tilt), 0.862), Line(-cos(tilt), -sin(tilt), -0.862)):
-        (moving,) = Leaves(paper).moving_sets(line)
+        (moving,) = MovableLayers(paper).moving_sets(line)
         ((_, folded),) = realise(paper, moving, exact=False)
         (turned,) = (face for face in folded.faces if folded.back_up(face))
         middle = Polygon(folded.sheet_polygon(turned)).representative_point()
@@ -167,7 +167,7 @@ def test_the_side_meant_moves_however_little_a_line_leans_from_the_vertical(tilt
 def test_the_tip_of_a_corner_is_folded_however_short_the_crease(height: float) -> None:
     paper = replay([Rotate(angle=45)])
     top = max(y for _, y in paper.folded_vertices_coords.values())
-    (moving,) = Leaves(paper).moving_sets(Line(0.0, 1.0, top - height))
+    (moving,) = MovableLayers(paper).moving_sets(Line(0.0, 1.0, top - height))
     ((_, folded),) = realise(paper, moving, exact=True)
     assert max(y for _, y in folded.folded_vertices_coords.values()) == pytest.approx(top - height)
 
@@ -185,7 +185,7 @@ def test_a_simple_fraction_is_taken_where_it_is_near_for_the_length_of_the_edge(
 @given(strategies.integers(0, 10**6))
 def test_layer_sets_are_closed_and_each_can_be_folded(seed: int) -> None:
     paper, line = creased_at_random(seed)
-    sets = list(Leaves(paper).moving_sets(line))
+    sets = list(MovableLayers(paper).moving_sets(line))
     assert len({moving.faces for moving in sets}) == len(sets)
     for first, second in combinations(sets, 2):
         if second.seed in first.faces:
@@ -203,7 +203,7 @@ def test_nearly_every_layer_set_turns_as_it_was_predicted() -> None:
     """Where both places at which the line meets a layer also lie on one above, the fold that names them may turn less."""
     predicted, turned = 0, 0
     for paper, line in map(creased_at_random, range(60)):
-        for moving in Leaves(paper).moving_sets(line):
+        for moving in MovableLayers(paper).moving_sets(line):
             ways = [turned_by(paper, folded) for _, folded in realise(paper, moving, exact=True)]
             predicted += 1
             turned += len(ways) == 1 and thin(paper, line, ways[0] ^ moving.faces)
@@ -277,9 +277,9 @@ def test_a_hair_beyond_a_line_takes_its_layer_along_only_if_the_line_is_exact() 
         AddVertex(edge=(3, 6), position=0.504),
         Fold(edge=(7, 8), direction=1),
     )
-    leaves, crease = Leaves(replay((*halved, *too_far))), Line(-1.0, 0.0, -0.5)
-    assert [moving.faces for moving in leaves.moving_sets(crease)] == [{1}]
-    assert [moving.faces for moving in leaves.moving_sets(crease, AT)] == [{3}, {1, 3}]
+    layers, crease = MovableLayers(replay((*halved, *too_far))), Line(-1.0, 0.0, -0.5)
+    assert [moving.faces for moving in layers.moving_sets(crease)] == [{1}]
+    assert [moving.faces for moving in layers.moving_sets(crease, AT)] == [{3}, {1, 3}]
 
 
 def test_what_a_hand_hides_does_not_count() -> None:

@@ -6,10 +6,10 @@ from folding_schemas.actions import AddVertex, Fold
 from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
-from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.pose_estimation.estimate import estimates
 from folding_server.vision.pose_estimation.picture_view import PAPER_ACROSS
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, projected
+from folding_server.vision.registration.scene import face_stack
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from framed_anew import SIDE, Standpoint, photo

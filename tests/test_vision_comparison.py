@@ -9,13 +9,13 @@ from folding_server.simulator import add_vertex, fold, rotate
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.discrepancies import discrepancies
-from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.inner_lines import NO_LINES, LineMatch
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour, is_paper
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
-from folding_server.vision.registration import align_paper, coarser
+from folding_server.vision.registration.paper_alignment import align_paper, coarser
+from folding_server.vision.registration.scene import Scene
 from folding_server.vision.seeing import Observation, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 from folding_server.simulator.paper import Paper
 from folding_server.vision.comparison import Match, compare
-from folding_server.vision.fitting.scene import face_stack
 from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
+from folding_server.vision.registration.scene import face_stack
 from folding_server.vision.seeing import Observation, SequenceObserver
 
 BETTER_BY = 0.01

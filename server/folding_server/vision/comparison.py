@@ -15,11 +15,11 @@ from folding_server.vision.discrepancies import (
     place_of,
     thin_discrepancies,
 )
-from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.inner_lines import NO_LINES, LineMatch, match_lines, thick_core
 from folding_server.vision.labels import BACK, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_paper
-from folding_server.vision.registration import Alignment, align_paper
+from folding_server.vision.registration.paper_alignment import Alignment, align_paper
+from folding_server.vision.registration.scene import Scene
 from folding_server.vision.seeing import Observation
 
 MATCHING_AGREEMENT = 0.965

@@ -6,11 +6,11 @@ import numpy as np
 
 from folding_server.arrays import Floats, Image
 from folding_server.geometry.convex import Polygon
-from folding_server.vision.fitting.edge_matching import border_of, class_maps, crossings
-from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.labels import LabelImage, as_one_colour
 from folding_server.vision.pose_estimation.pinhole import CameraVector, PinholeCamera, projected
 from folding_server.vision.raster import draw_labels
+from folding_server.vision.registration.edge_matching import border_of, class_maps, crossings
+from folding_server.vision.registration.scene import FaceStack, Scene
 
 REACHES = (0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.02, 0.015, 0.015, 0.015)
 """How far, in shares of the paper's extent, points look along their normals in each round."""

@@ -9,7 +9,6 @@ import numpy as np
 from folding_server.arrays import Floats
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.vision.evidence import Evidence
-from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.grid import grid_over
 from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
 from folding_server.vision.pose_estimation.picture_view import PictureView
@@ -21,7 +20,8 @@ from folding_server.vision.pose_estimation.shape_matching import (
     normal_form,
 )
 from folding_server.vision.raster import draw_labels
-from folding_server.vision.registration import coarser
+from folding_server.vision.registration.paper_alignment import coarser
+from folding_server.vision.registration.scene import FaceStack, Scene
 
 SHAPE_RESOLUTION = 40.0
 """Pixels per sheet unit at which papers are drawn to be compared as shapes."""

@@ -8,10 +8,10 @@ import numpy as np
 from folding_server.arrays import Floats, Mask, RgbImage
 from folding_server.vision.adapting import adapt
 from folding_server.vision.appearance import ColourModels, Look
-from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
 from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
 from folding_server.vision.pose_estimation.pinhole import PictureFrame
+from folding_server.vision.registration.scene import Scene
 from folding_server.vision.segmentation import class_costs, segment, smoothed_lab
 from folding_server.vision.surfaces import Surface
 

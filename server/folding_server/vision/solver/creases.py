@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import dist
 
 from folding_server.geometry.line import Line, Point, line_through
-from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet
 
 LEAST_HALF_LENGTH = 0.05
 """The ends by which a crease is moved are at least twice this far apart (sheet units)."""
@@ -35,12 +35,12 @@ class Family:
         return oriented(line_through(pin, (far[0] + amount * line.nx, far[1] + amount * line.ny)), line)
 
 
-def handles_of(leaves: Leaves, moving: MovingSet) -> tuple[Point, Point]:
+def handles_of(layers: MovableLayers, moving: MovingSet) -> tuple[Point, Point]:
     """The ends of the crease that a fold makes in its moving faces."""
     line = moving.line
     along: list[float] = []
     for face in moving.faces:
-        outline = leaves.outlines[face]
+        outline = layers.outlines[face]
         for p, q in zip(outline, outline[1:] + outline[:1], strict=True):
             a, b = line.distance(p), line.distance(q)
             if a * b <= 0 and a != b:

@@ -15,8 +15,8 @@ from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.state_diff import origins
 from folding_server.vision.borders import Borders, value_of, visible_borders
-from folding_server.vision.fitting.scene import Scene
 from folding_server.vision.labels import LabelImage
+from folding_server.vision.registration.scene import Scene
 from folding_server.vision.solver.faint_lines import FaintLines, averages
 
 MATCH = 1

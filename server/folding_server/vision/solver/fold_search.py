@@ -13,12 +13,11 @@ import numpy as np
 from folding_server.geometry.line import Line, Point
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, climb, nudged, polished
-from folding_server.vision.fitting.scene import Scene, Views, face_stack
 from folding_server.vision.labels import LabelImage
+from folding_server.vision.registration.alignment import Vector, climb, nudged, polished
+from folding_server.vision.registration.scene import Scene, Views, face_stack
 from folding_server.vision.solver.constructions import constructions
 from folding_server.vision.solver.creases import Family, handles_of, midpoint, shifted
-from folding_server.vision.solver.leaves import AT, NEAR_LINE, Leaves, MovingSet
 from folding_server.vision.solver.lines import (
     ChangedPoints,
     Lines,
@@ -31,6 +30,7 @@ from folding_server.vision.solver.lines import (
     edge_directions,
     landmark_lines,
 )
+from folding_server.vision.solver.movable_layers import AT, NEAR_LINE, MovableLayers, MovingSet
 from folding_server.vision.solver.plan import scale_change_cost
 
 _PARALLEL = 0.9992
@@ -88,7 +88,7 @@ class FoldSearch:
     ) -> None:
         self.paper, self.changed, self.effort, self.scale = paper, changed, effort, scale
         self.coarse, self.fine, self.handheld = views.coarse, views.fine, views.handheld
-        self.leaves = Leaves(paper)
+        self.layers = MovableLayers(paper)
         self.before = face_stack(paper)
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
@@ -120,7 +120,7 @@ class FoldSearch:
 
     def _looks(self, moving: MovingSet, motion: Similarity) -> float:
         """What a fold as it stands is worth on the fine view."""
-        return self._worth(self.fine, self.fine.draw(self.leaves.folded(moving), motion), motion)
+        return self._worth(self.fine, self.fine.draw(self.layers.folded(moving), motion), motion)
 
     def _scale_change_cost(self, motion: Similarity) -> float:
         """What it costs that the sheet looks larger or smaller under a motion than it did before."""
@@ -138,8 +138,8 @@ class FoldSearch:
         found: list[FoldFound] = []
         for change in self.changed:
             for row in self._plausible(change):
-                for moving in self.leaves.moving_sets(as_line(row)):
-                    drawn = change.scene.draw(self.leaves.folded(moving), change.motion)
+                for moving in self.layers.moving_sets(as_line(row)):
+                    drawn = change.scene.draw(self.layers.folded(moving), change.motion)
                     found.append(
                         FoldFound(moving, change.motion, self._worth(change.scene, drawn, change.motion))
                     )
@@ -158,13 +158,13 @@ class FoldSearch:
 
     def _refined(self, found: FoldFound, scene: Scene, halvings: int) -> FoldFound:
         """Both ends of the crease and the sheet's drift, climbed together."""
-        handles = handles_of(self.leaves, found.moving)
+        handles = handles_of(self.layers, found.moving)
         pivot = midpoint(*handles)
         seed = found.moving.seed
 
         def drawn(x: Vector) -> LabelImage:
-            moving = self.leaves.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
-            stack = self.leaves.folded(moving or found.moving)
+            moving = self.layers.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
+            stack = self.layers.folded(moving or found.moving)
             return scene.draw(stack, nudged(found.motion, pivot, x[2:]))
 
         def value(x: Vector) -> float:
@@ -180,7 +180,7 @@ class FoldSearch:
         if not self.effort.partial:
             fine_steps = (step / 2, step / 2, step / 2, step / 2, 50 * step, step)
             x, best = polished(drawn, value, scene, x, best, fine_steps)
-        moving = self.leaves.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
+        moving = self.layers.moving_from(shifted(handles, found.moving.line, x[0], x[1]), seed)
         return FoldFound(moving or found.moving, nudged(found.motion, pivot, x[2:]), best)
 
     def snapped(self, found: FoldFound) -> list[FoldFound]:
@@ -207,7 +207,7 @@ class FoldSearch:
     def _meant(self, found: Sequence[FoldFound]) -> list[FoldFound]:
         """Those of the folds whose line passes through two vertices near their creases."""
         return [
-            f for f in found if f.exact and self._is_meant(f.moving.line, handles_of(self.leaves, f.moving))
+            f for f in found if f.exact and self._is_meant(f.moving.line, handles_of(self.layers, f.moving))
         ]
 
     def _is_meant(self, line: Line, ends: tuple[Point, Point]) -> bool:
@@ -229,7 +229,7 @@ class FoldSearch:
         ``far``, and more where both vertices that it passes through are as good as met.
         """
         line, old = snapped.moving.line, found.moving.line
-        moved = max(abs(line.distance(handle)) for handle in handles_of(self.leaves, found.moving))
+        moved = max(abs(line.distance(handle)) for handle in handles_of(self.layers, found.moving))
         loose = HANDHELD_ALLOWANCE if self.handheld else 1.0
         met = [
             p for p in self.points if abs(line.distance(p)) < EXACTLY and abs(old.distance(p)) < loose * MEANT
@@ -248,7 +248,7 @@ class FoldSearch:
         hair of them lies beyond it.
         """
         nears = (NEAR_LINE, AT) if exact else (NEAR_LINE,)
-        sets = {moved.faces: moved for near in nears for moved in self.leaves.moving_sets(line, near)}
+        sets = {moved.faces: moved for near in nears for moved in self.layers.moving_sets(line, near)}
         return list(sets.values())
 
     def _settled(self, found: FoldFound, family: Family) -> FoldFound:
@@ -258,15 +258,15 @@ class FoldSearch:
         if not sets:
             return FoldFound(found.moving, start, 0.0)
         moving = max(sets, key=lambda m: self._looks(m, start))
-        handles = handles_of(self.leaves, moving)
+        handles = handles_of(self.layers, moving)
         pivot = midpoint(*handles)
 
         def folded(amount: float) -> MovingSet:
             line = family.member(amount, handles)
-            return (self.leaves.moving_from(line, moving.seed) or moving) if amount else moving
+            return (self.layers.moving_from(line, moving.seed) or moving) if amount else moving
 
         def drawn(x: Vector) -> LabelImage:
-            return self.fine.draw(self.leaves.folded(folded(x[0])), nudged(start, pivot, x[1:]))
+            return self.fine.draw(self.layers.folded(folded(x[0])), nudged(start, pivot, x[1:]))
 
         def value(x: Vector) -> float:
             return self._worth(self.fine, drawn(x), nudged(start, pivot, x[1:]))
@@ -290,7 +290,7 @@ class FoldSearch:
     def _parallels(self, found: FoldFound) -> Iterator[Family]:
         """Lines near the found one that are parallel or square to an edge, to be shifted."""
         line = found.moving.line
-        x, y = midpoint(*handles_of(self.leaves, found.moving))
+        x, y = midpoint(*handles_of(self.layers, found.moving))
         for nx, ny in self.directions:
             along = nx * line.nx + ny * line.ny
             if abs(along) > _PARALLEL:
@@ -300,12 +300,12 @@ class FoldSearch:
     def _near_points(self, found: FoldFound, reach: float) -> list[Point]:
         """Vertices within reach of the crease, by distance."""
         line = found.moving.line
-        near = self._beside(line, handles_of(self.leaves, found.moving), reach, reach)
+        near = self._beside(line, handles_of(self.layers, found.moving), reach, reach)
         return sorted(near, key=lambda p: abs(line.distance(p)))[:4]
 
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
         """Landmark and constructed lines that pass near both ends of the crease, the best-looking first, at most six."""
-        line, handles = found.moving.line, handles_of(self.leaves, found.moving)
+        line, handles = found.moving.line, handles_of(self.layers, found.moving)
         built = constructions(self.paper, line, midpoint(*handles))
         lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
         gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
@@ -318,7 +318,7 @@ class FoldSearch:
 
     def _at_once(self, found: FoldFound, line: Line) -> float:
         """The agreement of a line near the found one as it stands."""
-        moving = self.leaves.moving_from(line, found.moving.seed)
+        moving = self.layers.moving_from(line, found.moving.seed)
         return self._looks(moving, found.motion) if moving else 0.0
 
 

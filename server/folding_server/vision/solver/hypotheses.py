@@ -9,8 +9,7 @@ from folding_schemas.results import ActionClass
 
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import FaceStack, face_stack
-from folding_server.vision.solver.leaves import Leaves, MovingSet
+from folding_server.vision.registration.scene import FaceStack, face_stack
 from folding_server.vision.solver.lines import (
     Lines,
     as_line,
@@ -19,6 +18,7 @@ from folding_server.vision.solver.lines import (
     distinct_points,
     landmark_lines,
 )
+from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet
 from folding_server.vision.solver.realise import realise
 from folding_server.vision.solver.whole_moves import each_unfolding
 
@@ -74,15 +74,15 @@ def _one_way(actions: Actions, after: Paper) -> Ways:
 
 def _folded(paper: Paper) -> Iterator[Hypothesis]:
     """Folds of every set of layers that can be turned."""
-    leaves = Leaves(paper)
+    layers = MovableLayers(paper)
     landmarks = landmark_lines(paper)
     fan = _fan(paper) if len(paper.faces) <= FAN_FACES else landmarks[:0]
     lines = distinct_lines(np.concatenate([landmarks, fan]))
     known = {tuple(row) for row in np.round(distinct_lines(landmarks), 6).tolist()}
     for row in both_ways(lines):
         upright = tuple(np.round(row, 6).tolist()) in known or tuple(np.round(-row, 6).tolist()) in known
-        for moving in leaves.moving_sets(as_line(row)):
-            yield Hypothesis("fold", leaves.folded(moving), _fold_ways(paper, moving, upright), upright)
+        for moving in layers.moving_sets(as_line(row)):
+            yield Hypothesis("fold", layers.folded(moving), _fold_ways(paper, moving, upright), upright)
 
 
 def _fold_ways(paper: Paper, moving: MovingSet, exact: bool) -> Ways:

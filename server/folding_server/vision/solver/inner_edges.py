@@ -13,7 +13,7 @@ from folding_server.arrays import Image, Mask
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
-from folding_server.vision.fitting.scene import Scene
+from folding_server.vision.registration.scene import Scene
 
 FULLY_SEEN = 0.2
 """An edge of this strength (0 to 1) counts as fully seen."""

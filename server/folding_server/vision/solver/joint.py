@@ -10,12 +10,12 @@ from folding_schemas.actions import Actions
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, nudged, polished
-from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import LabelImage
+from folding_server.vision.registration.alignment import Vector, nudged, polished
+from folding_server.vision.registration.scene import Views
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import FoldFound
-from folding_server.vision.solver.leaves import Leaves
+from folding_server.vision.solver.movable_layers import MovableLayers
 from folding_server.vision.solver.plan import scale_change_cost
 from folding_server.vision.solver.realise import realise
 
@@ -34,9 +34,9 @@ class TwoFolds:
 
     def __init__(self, paper: Paper, views: Views, first: FoldMade, second: FoldFound) -> None:
         self.paper, self.views, self.first, self.second = paper, views, first, second
-        self._leaves = Leaves(paper)
-        self._first_handles = handles_of(self._leaves, first.found.moving)
-        self._second_handles = handles_of(Leaves(first.paper), second.moving)
+        self._layers = MovableLayers(paper)
+        self._first_handles = handles_of(self._layers, first.found.moving)
+        self._second_handles = handles_of(MovableLayers(first.paper), second.moving)
         self._center = self._first_handles[0]
 
     def refined(self) -> tuple[FoldMade, FoldFound] | None:
@@ -60,21 +60,21 @@ class TwoFolds:
         """What both folds look like, moved; without the second if it cannot be made."""
         moved = self._moved(x, exact=True)
         if moved is None:
-            return self.views.fine.draw(self._leaves.folded(self.first.found.moving), self._motion(x))
+            return self.views.fine.draw(self._layers.folded(self.first.found.moving), self._motion(x))
         first, second = moved
-        return self.views.fine.draw(Leaves(first.paper).folded(second.moving), self._motion(x))
+        return self.views.fine.draw(MovableLayers(first.paper).folded(second.moving), self._motion(x))
 
     def _moved(self, x: Vector, *, exact: bool) -> tuple[FoldMade, FoldFound] | None:
         """Both folds with the ends of their creases moved; None if they cannot be made there."""
         old, later = self.first.found, self.second
-        moving = self._leaves.moving_from(
+        moving = self._layers.moving_from(
             shifted(self._first_handles, old.moving.line, x[0], x[1]), old.moving.seed
         )
         made = realise(self.paper, moving, exact=exact) if moving else []
         if not made or later.moving.seed not in made[0][1].faces:
             return None
         line = shifted(self._second_handles, later.moving.line, x[2], x[3])
-        turned = Leaves(made[0][1]).moving_from(line, later.moving.seed)
+        turned = MovableLayers(made[0][1]).moving_from(line, later.moving.seed)
         if moving is None or turned is None:
             return None
         motion = self._motion(x)

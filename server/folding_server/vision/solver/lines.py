@@ -13,8 +13,8 @@ from folding_server.geometry.line import Line, Point
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import Scene, spread_over
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, LabelImage, is_paper
+from folding_server.vision.registration.scene import Scene, spread_over
 from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
 
 Lines = Floats

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from folding_server.geometry.similarity import Similarity, turned_between
-from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Views, face_stack
+from folding_server.vision.registration.alignment import Freedom, align
+from folding_server.vision.registration.scene import Views, face_stack
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
 from folding_server.vision.solver.plan import FREE_TURN, Plan, scale_change
 

@@ -9,11 +9,11 @@ import numpy as np
 from folding_server.arrays import Floats
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import FaceStack, Scene, Views, face_stack
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
 from folding_server.vision.pose import Pose
+from folding_server.vision.registration.alignment import Freedom, align
+from folding_server.vision.registration.scene import FaceStack, Scene, Views, face_stack
 from folding_server.vision.seeing import Observation, SequenceObserver
 from folding_server.vision.solver.inner_edges import USUAL_SIGHT, sight
 from folding_server.vision.solver.sheet_motions import locate

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import Views
 from folding_server.vision.motion import movement
+from folding_server.vision.registration.scene import Views
 from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed
-from folding_server.vision.solver.swings import contradiction, watched_places
 from folding_server.vision.solver.transition import COMPOUND_BELOW, EXPLAINED, SURELY_WRONG, explain
 
 CLEAR_LEAD = 0.004

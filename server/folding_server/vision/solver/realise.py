@@ -14,7 +14,7 @@ from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.simulator.state_diff import turned_faces
-from folding_server.vision.solver.leaves import NEAR_LINE, Leaves, MovingSet
+from folding_server.vision.solver.movable_layers import NEAR_LINE, MovableLayers, MovingSet
 
 NICE_FRACTIONS = tuple(sorted({k / 20 for k in range(1, 20)} | {k / 8 for k in range(1, 8)} | {1 / 3, 2 / 3}))
 NICE_REACH, NICE_SHARE = 0.0015, 0.005
@@ -56,7 +56,7 @@ def _ways_clear(paper: Paper, moving: MovingSet) -> Iterator[Actions]:
     A line found from a photo may run a hair's breadth beside where a layer above begins, which would be taken along.
     """
     line = moving.line
-    over = Leaves(paper).overreach(moving)
+    over = MovableLayers(paper).overreach(moving)
     if over > 0:
         clear = Line(line.nx, line.ny, line.offset + over + TOLERANCE / 4)
         yield from _ways(paper, replace(moving, line=clear), exact=True)

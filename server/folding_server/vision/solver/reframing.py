@@ -14,8 +14,6 @@ from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.vision.evidence import Evidence
-from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
 from folding_server.vision.pose_estimation.estimate import (
     PoseEstimate,
     SeenFaces,
@@ -26,13 +24,15 @@ from folding_server.vision.pose_estimation.estimate import (
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright_camera
+from folding_server.vision.registration.alignment import Freedom, align
+from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.seeing import SequenceObserver
-from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.transition import EXPLAINED, explain
+from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import centered
 
 HYPOTHESES_JUDGED = 6
@@ -152,7 +152,7 @@ class _Judge:
         if max((p.agreement for p in plans), default=0.0) < EXPLAINED:
             likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
             plans += self.searched(likeliest)
-        return best_first([_weighed(doubted(plan, nothing)) for plan in plans])
+        return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
 
     def views(self, camera: PinholeCamera, stack: FaceStack) -> Views:
         """The photo from straight above."""

@@ -7,10 +7,10 @@ from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Aligned, Freedom, align
-from folding_server.vision.fitting.scene import Scene, Views, face_stack
-from folding_server.vision.solver.drift import DriftRange, drifts
-from folding_server.vision.solver.holding import held
+from folding_server.vision.registration.alignment import Aligned, Freedom, align
+from folding_server.vision.registration.chamfer_matching import DriftRange, drifts
+from folding_server.vision.registration.edge_icp import snapped_to_edges
+from folding_server.vision.registration.scene import Scene, Views, face_stack
 from folding_server.vision.solver.whole_moves import best_turns, centered
 
 LOCATED = 0.96
@@ -37,7 +37,7 @@ def likely_motions(
     stack = face_stack(paper)
     found = [last, *(motion for reach in ranges for motion in drifts(stack, views.coarse, last, reach))]
     kept: list[Similarity] = []
-    for motion in [*(held(stack, views.fine, m) for m in found), last]:
+    for motion in [*(snapped_to_edges(stack, views.fine, m) for m in found), last]:
         if all(_apart(motion, other, stack.center) > SAME_DRIFT for other in kept):
             kept.append(motion)
     return kept

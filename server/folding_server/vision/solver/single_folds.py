@@ -7,10 +7,9 @@ from folding_schemas.results import ActionClass
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import FaceStack, Views, face_stack
+from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
-from folding_server.vision.solver.leaves import Leaves, is_thin
 from folding_server.vision.solver.lines import (
     ChangedPoints,
     as_line,
@@ -19,6 +18,7 @@ from folding_server.vision.solver.lines import (
     landmark_lines,
 )
 from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.movable_layers import MovableLayers, is_thin
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.realise import realise
 
@@ -64,11 +64,11 @@ def as_plans(
 
 def line_plans(paper: Paper, motion: Similarity, views: Views) -> Iterator[Plan]:
     """Folds along landmarks, for photos that show a change by the lines inside the paper only."""
-    leaves = Leaves(paper)
+    layers = MovableLayers(paper)
     found = [
-        FoldFound(moving, motion, views.coarse.agreement(leaves.folded(moving), motion), exact=True)
+        FoldFound(moving, motion, views.coarse.agreement(layers.folded(moving), motion), exact=True)
         for row in both_ways(landmark_lines(paper))
-        for moving in leaves.moving_sets(as_line(row))
+        for moving in layers.moving_sets(as_line(row))
     ]
     top = max((f.agreement for f in found), default=0.0)
     near = [f for f in sorted(found, key=lambda f: -f.agreement) if f.agreement > top - NEARLY_BEST]

@@ -5,18 +5,23 @@ from dataclasses import replace
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Freedom, align
-from folding_server.vision.fitting.scene import Views, face_stack
-from folding_server.vision.solver.doubts import doubted
-from folding_server.vision.solver.drift import HANDHELD_DRIFT, SLIGHT_DRIFT, DriftRange, drifts
+from folding_server.vision.registration.alignment import Freedom, align
+from folding_server.vision.registration.chamfer_matching import (
+    HANDHELD_DRIFT,
+    SLIGHT_DRIFT,
+    DriftRange,
+    drifts,
+)
+from folding_server.vision.registration.edge_icp import snapped_to_edges
+from folding_server.vision.registration.scene import Views, face_stack
 from folding_server.vision.solver.fold_search import Effort
-from folding_server.vision.solver.holding import held
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.quiet_folds import quiet_folds
+from folding_server.vision.solver.same_colour_folds import same_colour_folds
 from folding_server.vision.solver.sheet_motions import likely_motions
 from folding_server.vision.solver.single_folds import as_plans, fold_search, line_plans
 from folding_server.vision.solver.two_actions import fold_after, two_folds
+from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import flip_plans, turned_plans, unfold_plans
 
 EXPLAINED = 0.985
@@ -73,7 +78,7 @@ def explain(
         )
         if max(p.agreement for p in plans) < enough:
             plans += [plan for start in begun for plan in fold_after(start, views, effort)]
-    return best_first([doubted(plan, nothing) for plan in plans])
+    return best_first([against_nothing(plan, nothing) for plan in plans])
 
 
 def _within_a_colour(
@@ -82,13 +87,13 @@ def _within_a_colour(
     """The plans, weighed by what looks different between the photos within one colour, and folds found by that; or by the
     lines in this photo, where no fold explains what looks different.
     """
-    quiet = quiet_folds(paper, motion, views, last)
-    if quiet is None:
+    search = same_colour_folds(paper, motion, views, last)
+    if search is None:
         return [*plans, *line_plans(paper, motion, views)]
-    found = [quiet.judged(measured(plan, views, last)) for plan in quiet.plans()]
+    found = [search.judged(measured(plan, views, last)) for plan in search.plans()]
     if not found and len(paper.faces) <= FEW_FACES:
         plans = [*plans, *line_plans(paper, motion, views)]
-    return [*quiet.weighed(plans), *found]
+    return [*search.weighed(plans), *found]
 
 
 def _clear(best: Plan, nothing: Plan) -> bool:
@@ -122,7 +127,7 @@ def _whole_moves(paper: Paper, last: Similarity, motions: Sequence[Similarity], 
 
 def _held(plan: Plan, views: Views) -> Plan:
     """A plan with the paper's borders laid on those of the photo: a climb from afar may end a degree beside."""
-    return replace(plan, motion=held(face_stack(plan.paper), views.fine, plan.motion))
+    return replace(plan, motion=snapped_to_edges(face_stack(plan.paper), views.fine, plan.motion))
 
 
 def _nothing(paper: Paper, motions: Sequence[Similarity], views: Views) -> Plan:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import Views
+from folding_server.vision.registration.scene import Views
 from folding_server.vision.solver.fold_search import Effort
 from folding_server.vision.solver.joint import FoldMade, TwoFolds
 from folding_server.vision.solver.measuring import measured

@@ -10,8 +10,8 @@ from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Aligned, Freedom, align
-from folding_server.vision.fitting.scene import FaceStack, Scene, face_stack
+from folding_server.vision.registration.alignment import Aligned, Freedom, align
+from folding_server.vision.registration.scene import FaceStack, Scene, face_stack
 from folding_server.vision.solver.plan import Plan
 
 ROUND_ANGLES = 15.0

@@ -6,8 +6,8 @@ from films import eyes_on_film, film_movement, halves
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, flip, fold, new_paper, rotate, unfold
 from folding_server.vision.solver import propose
+from folding_server.vision.solver.motion_evidence import WatchedPlaces, contradiction, watched_places
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.swings import WatchedPlaces, contradiction, watched_places
 
 
 @pytest.fixture(scope="module")

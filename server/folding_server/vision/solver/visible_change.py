@@ -15,17 +15,17 @@ LONG, HAIR = 0.2, 0.012
 """Faces longer than the first and narrower than the second (sheet units, in the mean) come of creases beside others."""
 
 
-def doubted(plan: Plan, nothing: Plan) -> Plan:
+def against_nothing(plan: Plan, nothing: Plan) -> Plan:
     """A plan, marked with how far the photo shows no more of its fold, or of its turn, than ``nothing`` does, and with
     whether it makes new creases and cuts a sliver off a face.
     """
     gain = max(plan.agreement - nothing.agreement, plan.looks - nothing.looks) + nothing.drift - plan.drift
-    doubt = min(1.0, max(0.0, 1.0 - gain / VISIBLE))
+    hidden = min(1.0, max(0.0, 1.0 - gain / VISIBLE))
     before, after = nothing.paper, plan.paper
     fresh = len(after.faces) > len(before.faces)
     return plan.noting(
-        unseen_fold=doubt if plan.creases and not plan.noted.explained_change else 0.0,
-        unseen_turn=doubt if plan.action_class == "rotate" else 0.0,
+        unseen_fold=hidden if plan.creases and not plan.noted.explained_change else 0.0,
+        unseen_turn=hidden if plan.action_class == "rotate" else 0.0,
         new_crease=float(fresh),
         sliver=float(fresh and not plan.noted.narrow_strip and _makes_sliver(before, after)),
     )

@@ -10,8 +10,8 @@ import numpy as np
 from folding_server.arrays import Image
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
-from folding_server.vision.fitting.scene import FaceStack, Scene, soft
 from folding_server.vision.labels import LabelImage
+from folding_server.vision.registration.scene import FaceStack, Scene, soft
 
 Vector = tuple[float, ...]
 

@@ -14,9 +14,9 @@ import numpy.typing as npt
 from folding_server.arrays import Floats, Image, Mask
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
-from folding_server.vision.fitting.alignment import nudged
-from folding_server.vision.fitting.scene import FaceStack, Scene
 from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
+from folding_server.vision.registration.alignment import nudged
+from folding_server.vision.registration.scene import FaceStack, Scene
 
 BINS = 8
 """Edge directions are told apart in steps of 180 degrees / BINS."""

@@ -9,11 +9,11 @@ from folding_schemas.actions import Action, AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import Paper, apply, replay
 from folding_server.simulator.state_diff import origins
-from folding_server.vision.fitting.scene import Views
 from folding_server.vision.labels import as_one_colour
+from folding_server.vision.registration.scene import Views
 from folding_server.vision.solver.differences import Differences
 from folding_server.vision.solver.plan import Plan
-from folding_server.vision.solver.quiet_folds import QuietFolds
+from folding_server.vision.solver.same_colour_folds import SameColourFolds
 from folding_server.vision.solver.transition import explain
 from label_views import lit_scene, views
 
@@ -90,7 +90,7 @@ def test_without_a_closer_look_nothing_is_found() -> None:
 def test_light_that_changes_slowly_is_no_trace() -> None:
     book = replay(BOOK)
     seen = differences(book, book, slope=12.0)
-    assert QuietFolds(seen, seen.after).run() == []
+    assert SameColourFolds(seen, seen.after).run() == []
 
 
 def test_the_true_fold_leaves_least_unexplained() -> None:

@@ -12,8 +12,8 @@ from folding_server.geometry.line import Point
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import spread_over
 from folding_server.vision.motion import ObservedMovement
+from folding_server.vision.registration.scene import spread_over
 
 MOVED = 0.03
 """Paper that a plan puts less far away (sheet units) has not moved."""

@@ -16,7 +16,7 @@ from folding_server.geometry.convex import SPECK, area, clip, overlap
 from folding_server.geometry.isometry import mirror
 from folding_server.geometry.line import Line, Point, line_through
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.scene import FaceStack
+from folding_server.vision.registration.scene import FaceStack
 
 RankPair = tuple[int, int]
 """Ranks of two faces in the stack; the first takes the second along."""
@@ -44,7 +44,7 @@ def is_thin(paper: Paper, moving: MovingSet) -> bool:
     )
 
 
-class Leaves:
+class MovableLayers:
     """A paper prepared for trying many folds: outlines, neighbours and overlaps worked out once."""
 
     def __init__(self, paper: Paper) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from folding_server.arrays import Floats, Image
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
-from folding_server.vision.fitting.alignment import nudged
-from folding_server.vision.fitting.edge_matching import border_of, class_maps, crossings
-from folding_server.vision.fitting.scene import FaceStack, Scene
+from folding_server.vision.registration.alignment import nudged
+from folding_server.vision.registration.edge_matching import border_of, class_maps, crossings
+from folding_server.vision.registration.scene import FaceStack, Scene
 
 SEARCH_LENGTHS = (0.05, 0.05, 0.035, 0.025, 0.015, 0.015)
 """How far (sheet units) points look along their normals in each round."""
@@ -24,7 +24,7 @@ _REST = 1e-3
 """Weight of staying put, against the share of points that ask for a motion."""
 
 
-def held(stack: FaceStack, scene: Scene, motion: Similarity) -> Similarity:
+def snapped_to_edges(stack: FaceStack, scene: Scene, motion: Similarity) -> Similarity:
     """``motion`` moved so that the borders of a stack which the photo still shows lie on it; scale unchanged."""
     seen = list(class_maps(scene.labels, scene.known))
     for reach in SEARCH_LENGTHS:

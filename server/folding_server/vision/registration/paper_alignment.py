@@ -11,10 +11,10 @@ from folding_server.geometry.isometry import IDENTITY
 from folding_server.geometry.line import Point
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import SCALES, Vector, climb, nudged, polished
-from folding_server.vision.fitting.scene import FaceStack, Scene, face_stack
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, is_paper
+from folding_server.vision.registration.alignment import SCALES, Vector, climb, nudged, polished
+from folding_server.vision.registration.scene import FaceStack, Scene, face_stack
 
 LARGEST_SHIFT = 0.3
 """Sheet units that the paper may have drifted."""
@@ -39,7 +39,7 @@ class Alignment:
     """``motion`` takes the predicted paper to where the photo has it.
 
     ``shift`` is (dx, dy in sheet units, degrees clockwise) about the predicted paper's ``centre``;
-    ``agreement`` is what :meth:`folding_server.vision.fitting.scene.Scene.agreement_of` gives after the
+    ``agreement`` is what :meth:`folding_server.vision.registration.scene.Scene.agreement_of` gives after the
     motion, 0 if the photo shows none of the places where the paper should be.
     """
 

@@ -16,12 +16,11 @@ from folding_server.geometry.line import Line, line_through
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.fitting.alignment import Vector, climb
-from folding_server.vision.fitting.scene import Scene, Views, face_stack
 from folding_server.vision.raster import draw_touched
+from folding_server.vision.registration.alignment import Vector, climb
+from folding_server.vision.registration.scene import Scene, Views, face_stack
 from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.differences import ACROSS, BORDER_REACH, Differences, near, square
-from folding_server.vision.solver.leaves import Leaves, MovingSet, is_thin
 from folding_server.vision.solver.lines import (
     Lines,
     as_line,
@@ -31,6 +30,7 @@ from folding_server.vision.solver.lines import (
     landmark_lines,
     lines_across,
 )
+from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet, is_thin
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import realise
 
@@ -64,7 +64,9 @@ TRACELESS_COST = 0.2
 """What a stretch of border that leaves no trace counts against a fold, before it is measured in full."""
 
 
-def quiet_folds(paper: Paper, motion: Similarity, views: Views, last: Similarity) -> "QuietFolds | None":
+def same_colour_folds(
+    paper: Paper, motion: Similarity, views: Views, last: Similarity
+) -> "SameColourFolds | None":
     """The search for folds within one colour. What has not moved lies under ``motion`` and lay under ``last``. None if the
     photos cannot be looked at closely.
     """
@@ -72,11 +74,11 @@ def quiet_folds(paper: Paper, motion: Similarity, views: Views, last: Similarity
         return None
     before, after = views.closely()
     seen = Differences(paper, before, last, replace(after, sight=views.fine.sight), motion)
-    return QuietFolds(seen, views.fine)
+    return SameColourFolds(seen, views.fine)
 
 
 @dataclass(frozen=True)
-class QuietFold:
+class SameColourFold:
     """A fold as actions, and the length of lines (sheet units) that changed against it; ``looseness`` is how little its line
     is bound: CONSTRUCTED, ALIGNED or FREE.
     """
@@ -88,7 +90,7 @@ class QuietFold:
     looseness: float
 
 
-class QuietFolds:
+class SameColourFolds:
     """The search for folds within one colour by what looks different between two photos; ``classes`` is the later one as
     finely as its classes are known.
     """
@@ -96,7 +98,7 @@ class QuietFolds:
     def __init__(self, seen: Differences, classes: Scene) -> None:
         self.seen, self.paper, self.scene, self.motion = seen, seen.paper, seen.after, seen.now
         self.classes = classes
-        self.leaves = Leaves(seen.paper)
+        self.layers = MovableLayers(seen.paper)
         self.still = seen.unexplained(seen.paper)
 
     @property
@@ -135,7 +137,7 @@ class QuietFolds:
         share = explained / self.still if explained > LEAST_EXPLAINED else 0.0
         return plan.noting(explained_change=share**2)
 
-    def run(self) -> list[QuietFold]:
+    def run(self) -> list[SameColourFold]:
         """Folds that explain what looks different better than no fold does, best first; lines that were constructed
         before others that explain hardly more.
         """
@@ -144,7 +146,7 @@ class QuietFolds:
         refined = [better for fold in best[:KEPT] if fold.looseness for better in self._refined(fold)]
         return sorted((f for f in (*best, *refined) if f.unexplained < self.still), key=self._rank)
 
-    def _rank(self, fold: QuietFold) -> float:
+    def _rank(self, fold: SameColourFold) -> float:
         return fold.unexplained + fold.looseness * self.still
 
     def _promising(self) -> list[tuple[MovingSet, float]]:
@@ -158,16 +160,16 @@ class QuietFolds:
                     (np.concatenate([self._aligned(), self._traced()]), FREE),
                 )
                 for row in both_ways(self._showing(lines))
-                for moving in self.leaves.moving_sets(as_line(row))
+                for moving in self.layers.moving_sets(as_line(row))
             ),
             key=lambda entry: -entry[0],
         )
-        quiet = (
+        alike = (
             (moving, looseness)
             for _, moving, looseness in rated[:LOOKED_AT]
-            if self.classes.agreement(self.leaves.folded(moving), self.motion) >= calm
+            if self.classes.agreement(self.layers.folded(moving), self.motion) >= calm
         )
-        return list(islice(quiet, TRIED))
+        return list(islice(alike, TRIED))
 
     def _showing(self, lines: Lines) -> Lines:
         """Those of too many lines (n, 3) along which a bit looks different, as it mostly does along the crease of a fold."""
@@ -210,31 +212,31 @@ class QuietFolds:
 
     def _rating(self, moving: MovingSet) -> float:
         """Pixels of the trace on and around what a fold turns, less those of its border that leave none."""
-        turned = [clip(self.leaves.outlines[face], moving.line) for face in moving.faces]
+        turned = [clip(self.layers.outlines[face], moving.line) for face in moving.faces]
         now = draw_touched(turned, self.scene.grid, self.motion.after(mirror(moving.line)))
         then = draw_touched(turned, self.scene.grid, self.motion)
         rim = (now > 0) & (cv2.erode(now, square(1)) == 0) & self.seen.judged
         explained = self.seen.trace[near((now | then) > 0, BORDER_REACH)].sum()
         return float(explained) / ACROSS - TRACELESS_COST * float((1 - self.seen.shown[rim]).sum())
 
-    def _made(self, moving: MovingSet, looseness: float) -> Iterator[QuietFold]:
+    def _made(self, moving: MovingSet, looseness: float) -> Iterator[SameColourFold]:
         """A fold as real actions, measured."""
         for actions, folded in realise(self.paper, moving, exact=looseness < FREE):
-            yield QuietFold(moving, actions, folded, self.seen.unexplained(folded), looseness)
+            yield SameColourFold(moving, actions, folded, self.seen.unexplained(folded), looseness)
 
-    def _refined(self, fold: QuietFold) -> Iterator[QuietFold]:
+    def _refined(self, fold: SameColourFold) -> Iterator[SameColourFold]:
         """The fold with its crease moved to where least is left unexplained: by both ends, and as a whole if it is aligned."""
         yield self._climbed(fold, (STEP, STEP), FREE)
         if fold.looseness == ALIGNED:
             yield self._climbed(fold, (STEP,), ALIGNED)
 
-    def _climbed(self, fold: QuietFold, steps: Vector, looseness: float) -> QuietFold:
+    def _climbed(self, fold: SameColourFold, steps: Vector, looseness: float) -> SameColourFold:
         """The fold with its crease moved by its two ends, or as a whole if there is one step."""
-        handles = handles_of(self.leaves, fold.moving)
-        tried: dict[Vector, QuietFold] = {}
+        handles = handles_of(self.layers, fold.moving)
+        tried: dict[Vector, SameColourFold] = {}
 
         def value(x: Vector) -> float:
-            moving = self.leaves.moving_from(
+            moving = self.layers.moving_from(
                 shifted(handles, fold.moving.line, x[0], x[-1]), fold.moving.seed
             )
             made = list(self._made(moving, looseness)) if moving else []

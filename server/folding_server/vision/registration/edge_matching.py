@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from folding_server.arrays import Floats, Image, Mask
-from folding_server.vision.fitting.scene import spread_over
 from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
+from folding_server.vision.registration.scene import spread_over
 
 _POINTS = 200
 _BLUR = 1.2

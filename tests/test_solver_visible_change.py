@@ -4,8 +4,8 @@ import pytest
 from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate, Unfold
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, new_paper, replay
-from folding_server.vision.solver.doubts import doubted
 from folding_server.vision.solver.plan import FREE_TURN, Plan
+from folding_server.vision.solver.visible_change import against_nothing
 
 BOOK: tuple[Action, ...] = (
     AddVertex(edge=(1, 2), position=0.5),
@@ -39,7 +39,7 @@ def judged(
 ) -> Plan:
     """A plan for a creased sheet; ``nothing`` is the agreement without it, under a drift of ``turned`` degrees."""
     paper = replay(BOOK)
-    return doubted(plan(paper, actions, agreement), plan(paper, (), nothing, turned))
+    return against_nothing(plan(paper, actions, agreement), plan(paper, (), nothing, turned))
 
 
 def test_a_fold_along_a_crease_that_is_there_is_likelier_than_beside_it() -> None:
@@ -71,4 +71,4 @@ def test_a_flip_makes_no_crease() -> None:
     flipped = judged((Flip(axis="x"),))
     assert not flipped.noted.new_crease
     assert not flipped.noted.sliver
-    assert doubted(plan(new_paper(), (Flip(axis="x"),)), plan(new_paper(), ())).noted.unseen_fold == 0
+    assert against_nothing(plan(new_paper(), (Flip(axis="x"),)), plan(new_paper(), ())).noted.unseen_fold == 0
