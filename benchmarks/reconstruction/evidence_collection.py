@@ -138,7 +138,7 @@ def _compared(plan: Plan, observer: SequenceObserver, frame: int) -> dict[str, A
         "widest": max((d.width for d in match.discrepancies), default=0.0),
         "hidden": match.hidden,
         "cut": match.cut,
-        "clear": observer.see(frame).paper_confidence,
+        "clear": found.seen.paper_confidence,
         "own_camera": found.estimate is not None,
     }
 
