@@ -7,6 +7,7 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.motion import movement
 from folding_server.vision.registration.scene import Views
 from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import views_after
 from folding_server.vision.solver.plan import Plan, best_first
@@ -21,9 +22,7 @@ TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 TIE_REFRAMED = 0.016
 """The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
-MANY_FACES = 24
-"""From papers of more faces it takes too long to look ahead."""
-REMEMBERED = 8
+REMEMBERED = 24
 """Explanations kept: the next photo's are needed again."""
 
 
@@ -35,12 +34,15 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
     """
     plans: Sequence[Plan] = explained(paper, observer, frame)
     tied = _tied(plans)
-    if len(tied) > 1 and 1 < len(paper.faces) <= MANY_FACES and frame < observer.photos.frame_count:
-        outlook = {
-            id(plan): explained(plan.paper, observer, frame + 1, pairs=False)[0].score for plan in tied
-        }
-        best = max(outlook.values())
-        plans = best_first([plan.noting(look_ahead=best - outlook.get(id(plan), best)) for plan in plans])
+    if len(tied) > 1 and len(paper.faces) > 1:
+        lost = behind(
+            tied,
+            frame,
+            observer.photos.frame_count,
+            lambda after, ahead: explained(after, observer, ahead, pairs=False)[0],
+        )
+        outlook = {id(plan): loss for plan, loss in zip(tied, lost, strict=True)}
+        plans = best_first([plan.noting(look_ahead=outlook.get(id(plan), 0.0)) for plan in plans])
     return tuple(plans[:count])
 
 

@@ -1,0 +1,33 @@
+"""Plans that one photo cannot tell apart are told apart by those that follow: a beam as wide as the tie, as deep as it must be."""
+
+from collections.abc import Callable, Sequence
+
+from folding_server.simulator.paper import Paper
+from folding_server.vision.solver.plan import Plan
+
+MOST_AHEAD = 3
+"""Photos that are looked at beyond the one in question."""
+DECIDED = 0.01
+"""Shares of the paper by which one plan must be ahead of another for the other not to be followed any further."""
+MANY_FACES = 24
+"""From papers of more faces it takes too long to look ahead."""
+
+Explain = Callable[[Paper, int], Plan]
+"""The best explanation of a photo, by its number, from a paper."""
+
+
+def behind(plans: Sequence[Plan], frame: int, last_frame: int, explain: Explain) -> list[float]:
+    """How far each plan for a photo falls behind the best of them, in shares of the paper, when the next photos are explained from
+    where it leads, each by its own best explanation. All 0 if there is nothing to look at.
+    """
+    papers, lost = [plan.paper for plan in plans], [0.0] * len(plans)
+    followed = list(range(len(plans)))
+    for ahead in range(frame + 1, min(frame + MOST_AHEAD, last_frame) + 1):
+        if len(followed) < 2 or any(len(papers[i].faces) > MANY_FACES for i in followed):
+            break
+        found = {i: explain(papers[i], ahead) for i in followed}
+        best = max(plan.score - lost[i] for i, plan in found.items())
+        for i, plan in found.items():
+            papers[i], lost[i] = plan.paper, best - (plan.score - lost[i])
+        followed = [i for i in followed if lost[i] < DECIDED]
+    return lost
