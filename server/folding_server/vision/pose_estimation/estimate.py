@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi
+from math import degrees, log, log1p, pi
 
 import numpy as np
 
@@ -35,6 +35,8 @@ EITHER_TILT = 6.0
 """Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
 USUAL_TILT, STEEP = 20.0, 28.0
 """Degrees: tilts count by the square of their share of the first, and besides by what they are beyond the second."""
+USUAL_ROLL = 20.0
+"""Degrees that a camera is turned against the photo before, or the model on the table: 18 of 22 transitions had less."""
 LARGEST_ZOOM, SMALLEST_ZOOM = 3.0, 0.33
 """The camera may come so near and go so far, by scale, for nothing."""
 SAME_PLACE = 0.02
@@ -123,7 +125,12 @@ def camera_evidence(camera: PinholeCamera, before: PinholeCamera | None) -> Evid
     size = float(camera.size - before.size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
     zoom = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
-    return replace(tilted, zoom=zoom, roll=turned / pi)
+    return replace(tilted, zoom=zoom, roll=roll_evidence(degrees(turned)))
+
+
+def roll_evidence(angle: float) -> float:
+    """The term that says that the camera is turned by so many degrees: large turns count by their logarithm only."""
+    return log1p((angle / USUAL_ROLL) ** 2)
 
 
 SeenFaces = list[tuple[bool, Floats]]

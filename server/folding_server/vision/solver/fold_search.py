@@ -109,6 +109,11 @@ class FoldSearch:
         snapped = [s for f in _different(_best_first(polished)) for s in self.snapped(f)]
         return _best_first(snapped)
 
+    def near(self, found: FoldFound) -> list[FoldFound]:
+        """Folds near one whose line is nearly right, found below the pixel, and snapped as well, best first."""
+        refined = replace(self._refined(found, self.fine, 3), exact=False)
+        return _best_first(list(dict.fromkeys([refined, *self.snapped(refined)])))
+
     def _worth(self, scene: Scene, after: LabelImage, motion: Similarity) -> float:
         """The agreement of a drawing or, looking for a part of the change, what it puts right less what it spoils."""
         if not self.effort.partial:

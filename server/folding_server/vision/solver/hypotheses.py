@@ -34,13 +34,14 @@ Ways = Callable[[], list[tuple[Actions, Paper]]]
 class Hypothesis:
     """An action of a class, the ``stack`` that it leads to, and the ``ways`` in which it is made of actions.
 
-    ``constructed`` says that a fold's line is one that landmarks give.
+    ``constructed`` says that a fold's line is one that landmarks give, ``moving`` what a fold turns.
     """
 
     action_class: ActionClass
     stack: FaceStack
     ways: Ways
     constructed: bool = True
+    moving: MovingSet | None = None
 
 
 def hypotheses(paper: Paper) -> list[Hypothesis]:
@@ -82,7 +83,9 @@ def _folded(paper: Paper) -> Iterator[Hypothesis]:
     for row in both_ways(lines):
         upright = tuple(np.round(row, 6).tolist()) in known or tuple(np.round(-row, 6).tolist()) in known
         for moving in layers.moving_sets(as_line(row)):
-            yield Hypothesis("fold", layers.folded(moving), _fold_ways(paper, moving, upright), upright)
+            yield Hypothesis(
+                "fold", layers.folded(moving), _fold_ways(paper, moving, upright), upright, moving
+            )
 
 
 def _fold_ways(paper: Paper, moving: MovingSet, exact: bool) -> Ways:

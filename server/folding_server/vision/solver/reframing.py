@@ -19,6 +19,7 @@ from folding_server.vision.pose_estimation.estimate import (
     SeenFaces,
     camera_evidence,
     estimates,
+    roll_evidence,
     same_model,
     seen_faces,
 )
@@ -27,16 +28,20 @@ from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.single_folds import as_plans
 from folding_server.vision.solver.transition import EXPLAINED, explain
 from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import centered
 
 HYPOTHESES_JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
+FOLDS_REFINED, FULLY_EXPLAINED = 2, 0.99
+"""So many folds of those are refined, where their line explains less than the second: it need not be one that was listed."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
@@ -146,6 +151,9 @@ class _Judge:
             (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
         ]
         plans = [plan for plan, _ in judged]
+        folds = [e for e in found if tried[e.index].moving and e.agreement < FULLY_EXPLAINED]
+        for estimate in folds[:FOLDS_REFINED]:
+            plans += self.refined(tried[estimate.index], estimate)
         nothing = next(
             (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
         )
@@ -185,6 +193,18 @@ class _Judge:
             if hypothesis.action_class == "none":
                 yield from self._turned(plan, estimate, views)
 
+    def refined(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
+        """Folds along lines near that of a hypothesis, found under its camera below the pixel."""
+        if hypothesis.moving is None:
+            return
+        views = self.views(estimate.camera, hypothesis.stack)
+        search = FoldSearch(self.paper, views, (), Effort(), IDENTITY.scale)
+        start = FoldFound(hypothesis.moving, IDENTITY, estimate.agreement, exact=hypothesis.constructed)
+        for fold in search.near(start):
+            for plan in as_plans([fold], self.paper, views, fold.motion):
+                camera = camera_evidence(estimate.camera, self.before)
+                yield _under(plan, camera).noting(own_camera_free_line=plan.noted.free_line)
+
     def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
         """Nothing but a turn against the photo before, if people would call it a rotation."""
         if self.known is None:
@@ -206,7 +226,7 @@ class _Judge:
             paper=after,
             motion=start,
             explanation=PLAN_WORDS["rotate"],
-        )
+        ).noting(roll=roll_evidence(angle - action.angle))
         yield measured(turned, views, start)
 
     def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
