@@ -3,7 +3,7 @@
 from dataclasses import fields
 
 import pytest
-from contract import evidence_table
+from contract import evidence_table, vision_numbers
 from folding_schemas.actions import Flip, Rotate
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.mcp.services.presenters import proposals
@@ -50,3 +50,9 @@ def test_a_proposal_says_what_each_term_adds_to_its_score() -> None:
 def test_the_page_about_the_solver_has_the_weights_as_they_are() -> None:
     text = evidence_table.FILE.read_text(encoding="utf-8")
     assert evidence_table.page(text) == text, "run tests/contract/evidence_table.py and commit its result"
+
+
+def test_the_page_of_numbers_has_them_as_they_are_and_says_what_each_means() -> None:
+    written = vision_numbers.FILE.read_text(encoding="utf-8")
+    assert written == vision_numbers.page(), "run tests/contract/vision_numbers.py and commit its result"
+    assert not [row for row in written.splitlines() if row.endswith("|  |")]

@@ -21,9 +21,13 @@ SAME_TABLE = 0.08
 """Correlation of the table's grain from which it is the same table in the same place."""
 
 _COARSE = 48.0
+"""Pixels per sheet unit at which two photos of the table are held against each other."""
 _MOST_PHOTOS = 6
+"""Photos that are looked at, spread over the sequence."""
 _SHINE = 5.0
+"""Pixels of blur below which light on the table is its grain."""
 _LEAST_TABLE = 0.1
+"""Share of the view in which both photos must show the table."""
 
 
 def scales_of(photos: Photos, pose: Pose, palette: ColourModels) -> tuple[float, float]:

@@ -46,6 +46,7 @@ HIDDEN_LIMIT = 0.9
 """Share of the paper that something must hide for a photo to tell nothing."""
 HIDES = "something hides {:.0%} of the paper in the photo, so it tells nothing: look at another frame"
 MOST_WORDS = 5
+"""Sentences that are said of a comparison."""
 
 
 @dataclass(frozen=True)

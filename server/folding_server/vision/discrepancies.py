@@ -15,6 +15,7 @@ PaperBox = tuple[float, float, float, float]
 BORDER_NOISE = 0.012
 """Width, in sheet units, of disagreement that is put down to the photo; two pixels always are."""
 LEAST_BORDER_NOISE = 2.0
+"""The same in pixels, at least."""
 INMOST = 0.8
 """Share of a region's greatest depth from which a pixel may tell its place."""
 MOST_THIN = 2

@@ -28,7 +28,9 @@ TOLD_STRENGTH, TOLD_LENGTH = 0.3, 0.12
 """Strength, and length in sheet units, from which a seen line is worth a word."""
 
 _ORIENTATIONS = 12
+"""Directions of the filters that find lines, over 180 degrees."""
 _ACROSS, _ALONG, _SLOW = 0.0045, 0.03, 0.04
+"""Width and length of these filters, and the blur of what light does slowly (sheet units)."""
 
 
 def inner_lines(rgb: RgbImage, shares: Image, unknown: Mask, pixels_per_unit: float) -> Image:

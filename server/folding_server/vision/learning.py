@@ -29,11 +29,13 @@ from folding_server.vision.surfaces import Surface, fit_surface
 LEARNING_RESOLUTION = 48.0
 """Pixels per unit at which the photos are looked through for the back's colour."""
 MOST_PHOTOS = 24
+"""Photos from which colours are learnt, spread over the sequence."""
 SAME_COLOUR = 7.0
 """Distance in Lab below which two sides look alike."""
 NEW_COLOUR = 10.0
 """Cost, in nats, above which a pixel is a colour not yet known."""
 CLUSTERS = 4
+"""Colours that are told apart among what is not yet known."""
 FEWEST_COLOUR_PIXELS = 30
 """Pixels that a colour must have to count."""
 GOOD_DEAL = 0.02

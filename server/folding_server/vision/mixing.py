@@ -31,6 +31,7 @@ _BEHIND, _WIDE, _ELSEWHERE = 1e-2, 1e-3, 1e-6
 _STIFF, _RIGID = 0.02, 1e3
 """Squared light that a whole shadow within the paper, and beside it, must explain to be believed."""
 _TINY = 1e-6
+"""Keeps divisions finite."""
 
 
 def mixtures(labels: LabelImage, unknown: Mask, rgb: RgbImage, lights: Float32s) -> Image:

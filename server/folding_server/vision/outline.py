@@ -21,6 +21,7 @@ SMALLEST_PIECE = 0.004
 EDGE_SEARCH = 0.012
 """Sheet units from the first estimate within which the picture's edge is looked for."""
 _FINE = 3
+"""Outlines are taken at so many times the resolution."""
 
 
 @dataclass(frozen=True)

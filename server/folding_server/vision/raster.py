@@ -18,6 +18,7 @@ from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACK, FRONT, LabelImage
 
 _SHIFT = 6
+"""Binary places of coordinates given to OpenCV."""
 _FINE = 4
 """Fine pixels a side of each pixel kept: OpenCV fills every pixel that an outline passes through."""
 _INSET = 0.2

@@ -30,6 +30,7 @@ FINEST_CLASSES = 160.0
 FINEST_LINES = 256.0
 """Pixels per unit at which creases and layer edges are looked for, at most."""
 COARSEST = 64.0
+"""Pixels per sheet unit at which photos are looked at, at least."""
 SHARP = 1.8
 """A photo so many times finer than it is segmented shows its borders sharply there."""
 USUAL_BETWEEN = 5

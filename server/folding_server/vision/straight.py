@@ -7,7 +7,9 @@ from folding_server.arrays import Bools, Floats, Image, RgbImage
 from folding_server.vision.colours import linear_from_table
 
 _STEP = 0.25
+"""Pixels between the depths at which a side is looked for."""
 _POSITIONS = 160
+"""Places along a side at which it is looked for, at most."""
 LINE_FACTOR = 2.0
 """How many times more than the table a shadow line must differ from the paper to be what its side is told by."""
 FAINTEST_STEP = 0.012

@@ -8,7 +8,9 @@ from folding_server.arrays import Float32s, Floats
 
 _TERMS = {0: 1, 1: 3, 2: 6}
 _SAMPLES = 12_000
+"""Pixels that a surface is fitted to, at most."""
 _ROUNDS = 5
+"""Rounds in which outliers are weighted down."""
 
 
 def basis(x: Floats, y: Floats, order: int) -> Floats:

@@ -11,7 +11,9 @@ from folding_server.vision.labels import BACK, BACKGROUND, LabelImage
 from folding_server.vision.registration.scene import spread_over
 
 _POINTS = 200
+"""Points of a border that look for theirs."""
 _BLUR = 1.2
+"""Pixels of blur before a border is located."""
 
 
 @dataclass(frozen=True)

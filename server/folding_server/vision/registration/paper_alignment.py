@@ -23,13 +23,18 @@ LARGEST_TURN = 12.0
 THICKNESS_SCALE = 1.02
 """Even under a camera that stands still thick paper looks larger, for it reaches up to the lens."""
 FIXED = (1.0, 1.0)
+"""Scales that a camera which stands still shows the sheet at."""
 TURNS = (0.0, -3.0, 3.0, -6.0, 6.0, -9.0, 9.0)
 """Degrees at which the search starts."""
 
 _COARSER = 3
+"""How many times coarser the first look is."""
 _STARTS = 3
+"""Starts that are climbed from, the most promising."""
 _ROUNDING = 1e-9
+"""Motions within this of a limit are allowed."""
 _CLOSE = (0.01, 0.01, 1.0, 0.02)
+"""Motions that differ by less (dx, dy in sheet units, degrees, logarithm of the scale) are one."""
 _SHIFT_PRICE, _TURN_PRICE, _SCALE_PRICE = 0.01, 0.00005, 0.02
 """What motion costs in agreement, per sheet unit, degree and unit of the scale's logarithm: it settles ties."""
 

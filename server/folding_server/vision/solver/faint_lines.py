@@ -29,7 +29,9 @@ _BESIDE = np.array([(y, x) for y in range(-21, 22, 7) for x in range(-21, 22, 7)
 _HERE = np.array([(y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)])
 """Shifts (rows, columns) to the lines beside one, and those by which it may be out of place."""
 _LEAST_SPREAD = 0.1
+"""Least spread of a place, as a share of its mean."""
 _TINY = 1e-6
+"""Keeps divisions finite."""
 
 
 @cache

@@ -238,6 +238,7 @@ _ENOUGH = 8
 _MARGIN = 0.02
 """How far points may lie on the wrong side of a line, in sheet units."""
 _POINTS = 250
+"""Places on the paper by which lines and what changed are compared."""
 
 
 def _mirrored(lines: Lines, points: Floats) -> tuple[Floats, Floats]:

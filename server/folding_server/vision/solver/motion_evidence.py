@@ -30,7 +30,9 @@ LITTLE = 20.0
 NOWHERE = 1e3
 """The coordinates of what is not on the paper."""
 _POINTS = 300
+"""Places that are watched, spread over what was seen."""
 _FEWEST = 20
+"""With fewer places on the paper nothing is said."""
 
 
 @dataclass(frozen=True)

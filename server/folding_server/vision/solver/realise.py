@@ -22,6 +22,7 @@ NICE_REACH, NICE_SHARE = 0.0015, 0.005
 short one all crossings are near some).
 """
 MOST_WAYS, MOST_TRIES = 3, 16
+"""Ways to make a fold of actions that are given, and that are tried."""
 MISSED = 0.003
 """Vertices beside the line by more, together, are taken only if nothing lies nearer (in sheet units)."""
 AT_VERTEX = 0.008

@@ -15,6 +15,7 @@ LEAST_PAIRED = 4
 ON_AXIS = 0.005
 """How far beside an axis of the sheet a crease may run that is meant to lie on it, as a part of the sheet's side."""
 MOST_AXES = 3
+"""Axes of symmetry that are used, the clearest."""
 MOST_POINTS = 40
 """Papers with more distinct vertices are not looked at: there would be too many lines to try."""
 

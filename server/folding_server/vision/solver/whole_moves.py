@@ -17,6 +17,7 @@ from folding_server.vision.solver.plan import Plan
 ROUND_ANGLES = 15.0
 """Rotations within ``ROUND_REACH`` degrees of a multiple of this are taken to be it; the rest is drift."""
 ROUND_REACH = 5.0
+"""Degrees within which a turn is taken to be a round one."""
 
 
 def centered(stack: FaceStack, scene: Scene, motion: Similarity = IDENTITY) -> Similarity:
