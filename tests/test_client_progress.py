@@ -24,7 +24,7 @@ from folding_client.agent.toolbox import saved_against
 from folding_client.messages import Usage
 from folding_client.progress import Shown, spent
 from folding_client.reconstruct import new_job, reconstruct
-from folding_client.record.fits import Fit, FitSummary, fit_summary
+from folding_client.record.fits import Fit, FitRecord, FitSummary, fit_summary
 from folding_client.record.totals import Totals
 from paths import ROOT
 from providers.base import Says
@@ -200,3 +200,38 @@ def test_what_was_saved_against_the_critic_is_read_back_from_the_record() -> Non
         {"kind": "selected", "frame": 4},
     ]
     assert saved_against(events) == {2: "MISMATCH"}
+
+
+def called(
+    name: str, arguments: dict[str, object], answer: dict[str, object]
+) -> list[tuple[str, dict[str, object]]]:
+    """The events of a call that was answered."""
+    result = {"name": name, "is_error": False, "structured": answer}
+    return [("call", {"arguments": {"run_id": "r1", **arguments}}), ("result", result)]
+
+
+def fit_after(proposed: dict[str, object], done: dict[str, object], confidence: float) -> Fit:
+    """What is on record of frame 2 after a proposal and another action or the same, compared and saved."""
+    first = {"actions": [proposed], "agreement": 0.99}
+    record = FitRecord()
+    for kind, data in [
+        ("result", {"name": "open_run", "is_error": False, "structured": {"run_id": "r1"}}),
+        *called(
+            "propose_actions", {"frame": 2}, {"frame": 2, "proposals": [first], "confidence": confidence}
+        ),
+        *called(str(done["action"]), {k: v for k, v in done.items() if k != "action"}, {}),
+        *called("compare_to_frame", {"frame": 2}, {"frame": 2, "verdict": "MATCH", "agreement": 0.99}),
+        *called("save_checkpoint", {"frame": 2}, {"frame": 2}),
+    ]:
+        record.add(kind, data)
+    return record.by_frame[2]
+
+
+def test_a_match_that_the_server_is_not_sure_of_is_doubtful() -> None:
+    turn, flip = {"action": "rotate", "angle": 45.0}, {"action": "flip", "axis": "x"}
+    unsure, sure = fit_after(turn, turn, 0.4), fit_after(turn, turn, 0.95)
+    assert (unsure.matches, unsure.is_doubtful, sure.is_doubtful) == (True, True, False)
+    summary = FitSummary(1, 1, {2: unsure}, ())
+    assert summary.text == "1 of 1 steps match; doubtful frames: 2 (confidence 0.40)"
+    other = fit_after(turn, flip, 0.4)
+    assert (other.confidence, other.is_doubtful) == (None, False)

@@ -43,7 +43,8 @@ def outcome_lines(outcome: Outcome, folder: Path) -> Iterator[str]:
     if program is not None:
         yield f"Program of {program['name']}:"
         for frame, step in enumerate(Program.model_validate(program).steps, start=2):
-            doubt = "  (not a match)" if frame in fits.doubtful else ""
+            fit = fits.doubtful.get(frame)
+            doubt = "" if fit is None else "  (doubtful)" if fit.matches else "  (not a match)"
             yield f"  {frame - 1} -> {frame}  {'; '.join(map(action_text, step)) or 'nothing'}{doubt}"
     if fits.mostly_doubtful:
         yield "Most steps of this program do not fit their photos."

@@ -326,11 +326,14 @@ class Proposal(Wire):
 
 
 class Proposals(Wire):
-    """Answer of ``propose_actions``, best first. ``confident`` says that the best stands clear of the rest."""
+    """Answer of ``propose_actions``, best first. ``confident`` says that the best stands clear of the rest, ``confidence`` how likely
+    it is, from 0 to 1, that the best leads to the state that the photo shows.
+    """
 
     frame: int
     proposals: list[Proposal]
     confident: bool
+    confidence: float | None = Field(default=None, ge=0, le=1)
 
 
 class LocalViolation(Wire):

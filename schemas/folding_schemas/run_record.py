@@ -45,12 +45,14 @@ class RecordedOutcome(RecordPart):
 
 class RecordedFit(RecordPart):
     """The last verdict on a frame before it was saved, its agreement with the photo from 0 to 1, and where that is from.
-    ``by`` is None if nobody looked.
+    ``by`` is None if nobody looked. ``confidence``, from 0 to 1, is what the server gave the explanation that was saved, if it
+    was its first.
     """
 
     verdict: Verdict | None
     agreement: float | None
     by: Literal["comparison", "critic", "selector"] | None
+    confidence: float | None = None
 
 
 class RecordedTotals(RecordPart):

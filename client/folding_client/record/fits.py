@@ -1,7 +1,7 @@
 """How well each saved frame was found to fit its photo, by what a run put on record before it saved the frame."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from folding_client.protocol.acting import ACTIONS
@@ -10,18 +10,25 @@ from folding_client.record.event_log import Event
 _CHANGES = ACTIONS | {"undo", "restore_checkpoint"}
 """Tools after which an earlier verdict tells of another state."""
 
+TRUSTED_CONFIDENCE = 0.8
+"""Confidence of the server in a proposal below which a step is doubtful though it matches its photo: fitted data say that of
+steps above it that match at most 1 % are wrong (docs/solver.md).
+"""
+_MEANING = ("action", "edge", "position", "direction", "angle", "axis")
 FitSource = Literal["comparison", "critic", "selector"]
 
 
 @dataclass(frozen=True)
 class Fit:
     """The last verdict on a frame before it was saved, and the agreement with the photo; each None if there was none.
-    ``by`` says where the verdict is from, None if nobody looked.
+    ``by`` says where the verdict is from, None if nobody looked. ``confidence``, 0 to 1, is the server's in what was done,
+    if that was the first of its proposals.
     """
 
     verdict: str | None = None
     agreement: float | None = None
     by: FitSource | None = None
+    confidence: float | None = None
 
     @property
     def matches(self) -> bool:
@@ -30,8 +37,9 @@ class Fit:
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether somebody looked, and found no match."""
-        return self.by is not None and not self.matches
+        """Whether somebody looked, and found no match, or one that the server was not sure of."""
+        unsure = self.confidence is not None and self.confidence < TRUSTED_CONFIDENCE
+        return self.by is not None and (unsure or not self.matches)
 
 
 class FitRecord:
@@ -44,6 +52,8 @@ class FitRecord:
         self._now: dict[int, Fit] = {}
         self._rewrites: tuple[int, ...] = ()
         self._tried: dict[tuple[int, int, int | None], Fit] = {}
+        self._proposed: dict[int, tuple[list[Mapping[str, Any]], float | None]] = {}
+        self._done: list[Mapping[str, Any]] = []
         for event in events:
             self.add(event["kind"], event)
 
@@ -68,16 +78,36 @@ class FitRecord:
             self._run_id = self._run_id or answer.get("run_id")
         if self._arguments.get("run_id") != self._run_id:
             return
+        self._follow(tool, answer)
         if tool in _CHANGES:
             self._now.clear()
         elif tool == "compare_to_frame":
             self._add_comparison(answer)
         elif tool == "save_checkpoint":
-            self.by_frame[answer["frame"]] = self._now.get(answer["frame"], Fit())
+            fit = self._now.get(answer["frame"], Fit())
+            self.by_frame[answer["frame"]] = replace(fit, confidence=self._confidence(answer["frame"]))
+            self._done = []
         elif tool == "commit_attempt":
             self.by_frame |= dict.fromkeys(self._rewrites, Fit(by="selector"))
             known = self._tried.get(self._place(), Fit())
             self.by_frame[answer["frame"]] = Fit(known.verdict, known.agreement, "selector")
+
+    def _follow(self, tool: str, answer: Mapping[str, Any]) -> None:
+        """Remember what was proposed, and what was done since the last saved frame."""
+        if tool == "propose_actions" and answer.get("proposals"):
+            first = answer["proposals"][0]["actions"]
+            self._proposed[answer["frame"]] = [_bare(action) for action in first], answer.get("confidence")
+        elif tool in ACTIONS:
+            self._done.append(_bare({**self._arguments, "action": tool}))
+        elif tool == "undo":
+            self._done = self._done[:-1]
+        elif tool == "restore_checkpoint":
+            self._done = []
+
+    def _confidence(self, frame: int) -> float | None:
+        """The server's confidence in what was done for a frame, if that is what it proposed first."""
+        actions, confidence = self._proposed.get(frame, ([], None))
+        return confidence if actions == self._done else None
 
     def _add_comparison(self, answer: Mapping[str, Any]) -> None:
         found = Fit(answer["verdict"], answer["agreement"], "comparison")
@@ -129,7 +159,14 @@ def fit_summary(described: Mapping[str, Mapping[str, Any]]) -> FitSummary:
     )
 
 
+def _bare(action: Mapping[str, Any]) -> Mapping[str, Any]:
+    """An action by what it means, without what a call says of the run and of pictures."""
+    return {key: action[key] for key in _MEANING if action.get(key) is not None}
+
+
 def _doubt(frame: int, fit: Fit) -> str:
+    if fit.matches and fit.confidence is not None:
+        return f"{frame} (confidence {fit.confidence:.2f})"
     if fit.agreement is not None:
         return f"{frame} ({fit.agreement:.2f})"
     return f"{frame} ({'chosen among the attempts' if fit.by == 'selector' else fit.verdict or 'NO VERDICT'})"

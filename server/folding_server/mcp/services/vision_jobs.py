@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 COUNTING_SECONDS = 1.0
 """Seconds for which layer orders are counted, once one is found."""
+RIVALS_LOOKED_AT = 6
+"""Plans that are asked for at least: the confidence in the best is judged by those that lead elsewhere."""
 SEEING = "finding the sheet in the photos"
 
 
@@ -62,14 +64,15 @@ def propose_actions_for(
     announce: "Announce", place: SequencePlace, paper: "Paper", frame: int, count: int
 ) -> Proposals:
     """What may have been done to a paper before a frame, the likeliest first."""
-    from folding_server.vision.solver import clearly_best, propose  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.solver import clearly_best, confidence, propose  # noqa: PLC0415  (loads OpenCV)
 
     announce(SEEING)
     with observers().on(place.key, place.load) as observer:
         announce(f"explaining frame {frame}")
-        plans = propose(paper, observer, frame, max(count, 2))
+        plans = propose(paper, observer, frame, max(count, RIVALS_LOOKED_AT))
     shown = presenters.proposals(plans[:count])
-    return Proposals(frame=frame, proposals=shown, confident=clearly_best(plans))
+    sure = round(confidence(plans), 3) if plans else None
+    return Proposals(frame=frame, proposals=shown, confident=clearly_best(plans), confidence=sure)
 
 
 def compare_paper(

@@ -52,6 +52,6 @@ def _in_words(found: Proposals) -> str:
     ]
     if not lines:
         return f"No explanation of frame {found.frame} was found from the current state."
-    return "\n".join(
-        [*lines, "The first stands clear of the rest." if found.confident else "No clear favourite."]
-    )
+    lead = "The first stands clear of the rest." if found.confident else "No clear favourite."
+    trust = "" if found.confidence is None else f" Confidence in the first: {found.confidence:.0%}."
+    return "\n".join([*lines, lead + trust])

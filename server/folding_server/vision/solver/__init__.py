@@ -1,6 +1,7 @@
 """Solving for the actions behind a photo, by analysis and synthesis."""
 
+from folding_server.vision.solver.confidence import confidence
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.propose import clearly_best, propose
 
-__all__ = ["Plan", "clearly_best", "propose"]
+__all__ = ["Plan", "clearly_best", "confidence", "propose"]
