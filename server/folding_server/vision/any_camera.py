@@ -5,11 +5,16 @@ from dataclasses import dataclass, replace
 from folding_server.simulator.paper import Paper
 from folding_server.vision.comparison import Match, compare
 from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
+from folding_server.vision.pose_estimation.pinhole import only_moved, upright_camera
 from folding_server.vision.registration.scene import face_stack
 from folding_server.vision.seeing import Observation, SequenceObserver
 
 BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
+
+
+SURELY_WRONG = 0.95
+"""Agreement below which a camera that stands shows another paper, or this one elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -25,14 +30,15 @@ class PhotoComparison:
 
 
 def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> PhotoComparison:
-    """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little and the
-    table does not prove that the camera stands.
+    """Compare a paper with a photo under the first photo's camera, and under one fitted to it where that explains too little: where the
+    table proves that the camera stands, only where the sheet must have been moved, and by a motion of the sheet.
 
     PhotoError if there is no such photo.
     """
     seen = observer.frame(frame)
     first = PhotoComparison(compare(paper, seen), seen, observer)
-    if frame == 1 or first.match.verdict == "MATCH" or observer.stands(frame):
+    enough = SURELY_WRONG if observer.stands(frame) else 1.0
+    if frame == 1 or first.match.verdict == "MATCH" or first.match.agreement > enough:
         return first
     other = _under_own_camera(paper, observer, frame)
     if other is None or other.match.agreement < first.match.agreement + BETTER_BY:
@@ -43,7 +49,12 @@ def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> 
 def _under_own_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PhotoComparison | None:
     """The comparison under the camera that shows the paper best; None if the photo shows no paper."""
     stack = face_stack(paper)
-    found = [(view, e) for view in observer.pictures(frame) for e in estimates([stack], view)[:1]]
+    found = [
+        (view, e)
+        for view in observer.pictures(frame)
+        for e in estimates([stack], view)[:1]
+        if not observer.stands(frame) or only_moved(e.camera, upright_camera(observer.pose, view.frame))
+    ]
     if not found:
         return None
     view, estimate = max(found, key=lambda pair: pair[1].value)

@@ -9,6 +9,8 @@ from folding_server.arrays import Floats
 from folding_server.geometry.line import Point
 from folding_server.vision.pose import SHEET, Pose
 
+SAME_SIZE, SAME_TILT = 0.08, 20.0
+"""Logarithm of a scale, and degrees of tilt, within which a camera may be one that stands: perspective over a table does as much."""
 CameraVector = tuple[float, ...]
 
 FIELD = 2.6
@@ -113,6 +115,11 @@ def upright_camera(pose: Pose, frame: PictureFrame) -> PinholeCamera:
     """A camera that looks straight down from where the first photo was taken, not turned: vertex 1 is its upper left."""
     size = log(pose.pixels_per_unit / frame.pixels_per_unit)
     return PinholeCamera((0.5, 0.5), 0.0, 0.0, 0.0, size, focal=frame.focal)
+
+
+def only_moved(camera: PinholeCamera, before: PinholeCamera) -> bool:
+    """Whether a camera shows the sheet as large as another one does, and from nearly above: it may be the sheet that was moved."""
+    return abs(camera.size - before.size) < SAME_SIZE and camera.tilt < SAME_TILT
 
 
 def projected(matrix: Floats, points: Floats) -> Floats:

@@ -88,7 +88,8 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     plans = _framed_anew(paper, observer, frame) if moved else []
     if not plans or plans[0].agreement < COMPOUND_BELOW:
         standing = _standing(paper, observer, frame, last, views, pairs=pairs)
-        if not moved and standing[0].agreement < EXPLAINED and not observer.stands(frame):
+        lost = SURELY_WRONG if observer.stands(frame) else EXPLAINED
+        if not moved and standing[0].agreement < lost:
             plans = _framed_anew(paper, observer, frame)
         plans = best_first([*plans, *standing])
     return tuple(_distinct(plans))

@@ -24,7 +24,7 @@ from folding_server.vision.pose_estimation.estimate import (
     seen_faces,
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright_camera
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, only_moved, upright_camera
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.seeing import SequenceObserver
@@ -76,7 +76,12 @@ def explain_reframed(paper: Paper, observer: SequenceObserver, frame: int) -> li
     for view in observer.pictures(frame):
         judge = _Judge(paper, observer, view, frame, known)
         stacks, prior = [h.stack for h in tried], [-WITHOUT_PHOTO[h.action_class].score for h in tried]
-        found.append((judge, list(_distinct(estimates(stacks, view, judge.before, prior), tried))))
+        possible = estimates(stacks, view, judge.before, prior)
+        if observer.stands(frame):
+            possible = [
+                e for e in possible if only_moved(e.camera, upright_camera(observer.pose, view.frame))
+            ]
+        found.append((judge, list(_distinct(possible, tried))))
     likely = [(judge, ways) for judge, ways in found if ways]
     if not likely:
         return []
@@ -101,7 +106,13 @@ def _weighed(plan: Plan) -> Plan:
 
 def _under(plan: Plan, camera: Evidence) -> Plan:
     """A plan with what speaks against its camera."""
-    return plan.noting(tilt=camera.tilt, steep_tilt=camera.steep_tilt, zoom=camera.zoom, roll=camera.roll)
+    return plan.noting(
+        tilt=camera.tilt,
+        steep_tilt=camera.steep_tilt,
+        zoom=camera.zoom,
+        roll=camera.roll,
+        own_camera_free_line=plan.noted.free_line,
+    )
 
 
 def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEstimate | None:
@@ -203,7 +214,7 @@ class _Judge:
         for fold in search.near(start):
             for plan in as_plans([fold], self.paper, views, fold.motion):
                 camera = camera_evidence(estimate.camera, self.before)
-                yield _under(plan, camera).noting(own_camera_free_line=plan.noted.free_line)
+                yield _under(plan, camera)
 
     def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
         """Nothing but a turn against the photo before, if people would call it a rotation."""
