@@ -59,4 +59,4 @@ def test_a_crease_that_is_folded_along_next_tells_how_the_sheet_was_turned_over(
     turned, *_ = propose(papers[2], observer, 4)
     assert turned.actions in {(Flip(axis="y=x"),), (Flip(axis="y=-x"),)}
     folded, *_ = propose(turned.paper, observer, 5)
-    assert not folded.fresh
+    assert not folded.noted.new_crease

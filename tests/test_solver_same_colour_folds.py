@@ -84,7 +84,7 @@ def test_a_fold_within_one_colour_is_found_by_the_light() -> None:
 def test_without_a_closer_look_nothing_is_found() -> None:
     book, folded = corner_folded()
     blind = replace(one_coloured(folded, book), closely=None)
-    assert explain(book, IDENTITY, blind)[0].traced == 0
+    assert explain(book, IDENTITY, blind)[0].noted.explained_change == 0
 
 
 def test_light_that_changes_slowly_is_no_trace() -> None:

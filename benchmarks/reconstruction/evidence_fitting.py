@@ -31,6 +31,10 @@ TRUSTED = 0.8
 """Confidence from which a step is not called doubtful."""
 SIGNS = ("lead", "unexplained", "inner_lines", "free_line", "own_camera", "unseen")
 """What the confidence is judged by, see folding_server.vision.solver.confidence."""
+USUAL_SHARPNESS = 400.0
+"""Odds grow e-fold per 1/400 of the paper: twice the noise of agreement between two photos of one state. One e-fold either way is
+one standard deviation.
+"""
 FIXED = ("agreement", "look_ahead")
 """Terms that are in the unit of the score itself."""
 Floats = npt.NDArray[np.float64]
@@ -65,6 +69,8 @@ def choices(rows: Sequence[dict[str, Any]]) -> list[Choice]:
 def fitted(data: Sequence[Choice], before: Floats) -> tuple[Floats, float]:
     """The weights (terms,) and the sharpness: the factor by which scores become logarithms of odds."""
     free = np.array([name not in FIXED for name in terms()])
+    start = np.zeros(1 + int(free.sum()))
+    start[0] = np.log(USUAL_SHARPNESS)
 
     def weights(x: Floats) -> Floats:
         scaled = before.copy()
@@ -73,7 +79,8 @@ def fitted(data: Sequence[Choice], before: Floats) -> tuple[Floats, float]:
 
     def cost(x: Floats) -> tuple[float, Floats]:
         sharp, w = float(np.exp(x[0])), weights(x)
-        total, slope = float((x[1:] ** 2).sum() / (2 * SPREAD**2)), np.concatenate([[0.0], x[1:] / SPREAD**2])
+        total = float((x[1:] ** 2).sum() / (2 * SPREAD**2) + (x[0] - start[0]) ** 2 / 2)
+        slope = np.concatenate([x[:1] - start[0], x[1:] / SPREAD**2])
         for choice in data:
             scores = choice.values @ w
             odds = sharp * (scores - scores.max())
@@ -86,8 +93,6 @@ def fitted(data: Sequence[Choice], before: Floats) -> tuple[Floats, float]:
             slope[1:] += sharp * (pull @ choice.values)[free] * w[free]
         return total, slope
 
-    start = np.zeros(1 + int(free.sum()))
-    start[0] = np.log(300.0)
     best = minimize(cost, start, jac=True, method="L-BFGS-B")
     return weights(best.x), float(np.exp(best.x[0]))
 
@@ -139,7 +144,10 @@ def _elsewhere(plan: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 def trusted(signs: Floats, right: npt.NDArray[np.bool_]) -> Floats:
-    """The constant and the coefficients of a logistic regression, signs scaled to their spread and held to a normal prior."""
+    """The constant and the coefficients of a logistic regression, signs scaled to their spread and held to a normal prior.
+
+    A lead speaks for a plan, all else against it.
+    """
     spread = signs.std(axis=0) + 1e-9
     scaled = np.column_stack([np.ones(len(signs)), signs / spread])
     wanted = right.astype(np.float64)
@@ -150,7 +158,8 @@ def trusted(signs: Floats, right: npt.NDArray[np.bool_]) -> Floats:
         chance = 1 / (1 + np.exp(-logit))
         return total, scaled.T @ (chance - wanted) + np.concatenate([[0.0], x[1:] / 4])
 
-    found = minimize(cost, np.zeros(scaled.shape[1]), jac=True, method="L-BFGS-B").x
+    signed = [(None, None), (0, None), *[(None, 0)] * (len(SIGNS) - 1)]
+    found = minimize(cost, np.zeros(scaled.shape[1]), jac=True, method="L-BFGS-B", bounds=signed).x
     return np.concatenate([found[:1], found[1:] / spread])
 
 

@@ -11,8 +11,8 @@ _CHANGES = ACTIONS | {"undo", "restore_checkpoint"}
 """Tools after which an earlier verdict tells of another state."""
 
 TRUSTED_CONFIDENCE = 0.8
-"""Confidence of the server in a proposal below which a step is doubtful though it matches its photo: fitted data say that of
-steps above it that match at most 1 % are wrong (docs/solver.md).
+"""Confidence of the server in a proposal below which a step is doubtful though it matches its photo: of 649 steps of known programs,
+those that match and are above it were wrong in 1.6 % (docs/solver.md).
 """
 _MEANING = ("action", "edge", "position", "direction", "angle", "axis")
 FitSource = Literal["comparison", "critic", "selector"]
