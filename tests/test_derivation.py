@@ -202,7 +202,7 @@ def test_a_state_that_cannot_be_read_is_named_by_its_frame() -> None:
     documents[1]["faces_vertices"] = [[0, 1, 99]]
     sequence = derived(documents)
     assert words(sequence) == [None, None]
-    assert "the state cannot be read: In frame 0 of the FOLD file" in sequence.steps[0].reason
+    assert "the state cannot be read: In frame 1 (the key frame) of the FOLD file" in sequence.steps[0].reason
     assert [paper is None for paper in sequence.papers] == [False, True, False]
     with pytest.raises(ProgramError, match=r"^Frame 1: "):
         derived(documents[1:])

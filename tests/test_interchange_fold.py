@@ -355,11 +355,11 @@ BROKEN = {
     "a part of a sheet": (SQUARE | {"faces_vertices": [[0, 1, 2]]}, "whole rectangular sheets"),
     "a frame that inherits from nowhere": (
         SQUARE | {"file_frames": [{"frame_inherit": True, "frame_parent": 7}]},
-        "frame 7",
+        "Frame 2 of the FOLD file has frame_parent 7, but frame_parent is from 0",
     ),
     "frames that inherit in a circle": (
         SQUARE | {"file_frames": [{"frame_inherit": True, "frame_parent": 1}]},
-        "Frame 1 of the FOLD file inherits from itself",
+        "Frame 2 of the FOLD file inherits from itself",
     ),
     "a folded form of another shape": (
         SQUARE

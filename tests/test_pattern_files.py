@@ -250,6 +250,23 @@ def test_the_answer_says_which_frame_it_is_of(tmp_path: Path, capsys: pytest.Cap
     assert [read.frame for read in read_patterns(file.read_text(encoding="utf-8"), ".fold", "all")] == [1, 2]
 
 
+def test_frames_are_numbered_from_1_wherever_they_are_spoken_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    damaged = {"frame_classes": ["creasePattern"], **BOOK, "edges_assignment": ["V"]}
+    file = tmp_path / "damaged.fold"
+    for frames, number in (([BOOK, damaged], "3"), ([damaged, BOOK], "2")):
+        file.write_text(json.dumps({**BOOK, "file_frames": frames}), encoding="utf-8")
+        assert run("check", "--frame", number, str(file)) == 1
+        assert f"In frame {number} of the FOLD file, edges_assignment" in capsys.readouterr().err
+    file.write_text(json.dumps(damaged), encoding="utf-8")
+    assert run("check", "--frame", "1", str(file)) == 1
+    assert "In frame 1 (the key frame) of the FOLD file" in capsys.readouterr().err
+    file.write_text(json.dumps(BOOK), encoding="utf-8")
+    assert run("check", "--frame", "0", str(file)) == 1
+    assert "There is no frame 0 in the FOLD file; it has frames 1 to 1" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("line", "states", "joined"),
     [

@@ -26,7 +26,6 @@ from folding_server.simulator import Paper
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.face_walk import SharedEdge, faces_isometries
-from folding_server.simulator.foldability.flat_faces import creases_of
 
 ROUNDING = 5e-4
 """Sheet units by which a coordinate with three decimals is off at most."""
@@ -117,7 +116,7 @@ def _motion(face: int, flat: Sequence[Point], folded: Sequence[Point]) -> Isomet
 
 def _folded_by_letters(pattern: CreasePattern) -> list[Isometry]:
     """The motions when every crease but the marks is folded and face 0 stays. What rounding leaves open is left so."""
-    shared = [SharedEdge(c.edge, (c.left, c.right), c.folded) for c in creases_of(pattern)]
+    shared = [SharedEdge(c.edge, (c.left, c.right), c.folded) for c in pattern.creases]
     found = faces_isometries(pattern.vertices_coords, shared)
     if len(pattern.cycles) == 1:
         return [IDENTITY]

@@ -122,12 +122,18 @@ def _inherited(raw: Sequence[Mapping[str, Any]], index: int) -> dict[str, Any]:
             return merged
         if not isinstance(parent, int) or not 0 <= parent < len(raw):
             raise ProgramError(
-                f"Frame {index} of the FOLD file inherits from frame {parent!r}, which is not there."
+                f"Frame {_said(index)} of the FOLD file has frame_parent {parent!r}, but frame_parent is from 0, the key frame, to "
+                f"{len(raw) - 1}."
             )
         index = parent
     raise ProgramError(
-        f"Frame {index} of the FOLD file inherits from itself; break the circle of frame_parent."
+        f"Frame {_said(index)} of the FOLD file inherits from itself; break the circle of frame_parent."
     )
+
+
+def _said(index: int) -> str:
+    """The number of a frame in words, as ``--frame`` takes it: from 1."""
+    return f"{index + 1} (the key frame)" if index == 0 else str(index + 1)
 
 
 def _frame(properties: dict[str, Any], index: int) -> FoldFrame:
@@ -136,7 +142,9 @@ def _frame(properties: dict[str, Any], index: int) -> FoldFrame:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise ProgramError(f"In frame {index} of the FOLD file, {where} is wrong: {first['msg']}.") from None
+        raise ProgramError(
+            f"In frame {_said(index)} of the FOLD file, {where} is wrong: {first['msg']}."
+        ) from None
     _check_sizes(frame, index)
     _check_numbers(frame, index)
     return frame
@@ -148,7 +156,7 @@ def _check_numbers(frame: FoldFrame, index: int) -> None:
         for axis, c in zip("xyzw", point, strict=False):
             if not abs(c) <= LARGEST:
                 raise ProgramError(
-                    f"In frame {index} of the FOLD file, the {axis} coordinate of vertex {v} is {c:g}; coordinates are numbers from "
+                    f"In frame {_said(index)} of the FOLD file, the {axis} coordinate of vertex {v} is {c:g}; coordinates are numbers from "
                     f"-{LARGEST:g} to {LARGEST:g}."
                 )
 
@@ -172,25 +180,29 @@ def _check_sizes(frame: FoldFrame, index: int) -> None:
     for name, length, wanted in lengths:
         if length not in (0, wanted):
             raise ProgramError(
-                f"In frame {index} of the FOLD file, {name} has {length} entries where {wanted} are needed."
+                f"In frame {_said(index)} of the FOLD file, {name} has {length} entries where {wanted} are needed."
             )
     loop = next((i for i, (u, v) in enumerate(frame.edges_vertices) if u == v), None)
     if loop is not None:
         v = frame.edges_vertices[loop][0]
         raise ProgramError(
-            f"In frame {index} of the FOLD file, edge {loop} joins vertex {v} with itself; leave it out."
+            f"In frame {_said(index)} of the FOLD file, edge {loop} joins vertex {v} with itself; leave it out."
         )
     thin = next((i for i, face in enumerate(frame.faces_vertices) if len(face) < 3), None)
     if thin is not None:
-        raise ProgramError(f"In frame {index} of the FOLD file, face {thin} has fewer than three corners.")
+        raise ProgramError(
+            f"In frame {_said(index)} of the FOLD file, face {thin} has fewer than three corners."
+        )
     if any(len(point) < 2 for point in frame.vertices_coords):
-        raise ProgramError(f"In frame {index} of the FOLD file, a vertex has fewer than two coordinates.")
+        raise ProgramError(
+            f"In frame {_said(index)} of the FOLD file, a vertex has fewer than two coordinates."
+        )
 
 
 def _check_range(index: int, name: str, used: Iterable[int], count: int, kind: str) -> None:
     for i in used:
         if not 0 <= i < count:
             raise ProgramError(
-                f"In frame {index} of the FOLD file, {name} names number {i}, but there are {count} "
+                f"In frame {_said(index)} of the FOLD file, {name} names number {i}, but there are {count} "
                 f"{kind}, from 0."
             )

@@ -107,7 +107,7 @@ def read_patterns(
     if frame == "all":
         chosen: list[int] = list(range(1, len(frames) + 1))
     else:
-        chosen = [frame or pattern_frame(frames) + 1]
+        chosen = [pattern_frame(frames) + 1 if frame is None else frame]
     return [
         ReadPattern(
             read_crease_pattern(text, None if frame is None else number, gap),

@@ -9,9 +9,10 @@ from folding_server.geometry.line import Point
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.foldability.constraints import Conditions, conditions
 from folding_server.simulator.foldability.equations import rows_of
-from folding_server.simulator.foldability.flat_faces import FlatFaces, PatternCrease, creases_of
+from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.foldability.local import ANGLE
 from folding_server.simulator.foldability.orders import bits
+from folding_server.simulator.foldability.pattern import PatternCrease
 from folding_server.simulator.foldability.tolerances import first_tolerance
 
 NO_CONSTRAINTS = ConstraintCounts(taco_taco=0, taco_tortilla=0, tortilla_tortilla=0, transitivity=0)
@@ -50,7 +51,7 @@ def locally_flat_share(pattern: CreasePattern) -> float:
     """The share of the vertices inside the sheet that satisfy Kawasaki's theorem to within ``ANGLE`` radians and, where
     every crease is folded, Maekawa's; 1 where there is none inside.
     """
-    inner = creases_of(pattern)
+    inner = pattern.creases
     between = {crease.edge for crease in inner}
     outline = {v for edge in pattern.edges_vertices if edge not in between for v in edge}
     around: dict[int, list[PatternCrease]] = {}

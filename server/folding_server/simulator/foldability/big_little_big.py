@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from math import pi
 
 from folding_server.simulator.foldability.fault import Fault
-from folding_server.simulator.foldability.flat_faces import PatternCrease
 from folding_server.simulator.foldability.local import OFF, angles_around, inner_vertices, longer_side
-from folding_server.simulator.foldability.pattern import CreasePattern
+from folding_server.simulator.foldability.pattern import CreasePattern, PatternCrease
 
 EQUAL = 2e-3
 """Radians by which angles that are meant to be equal may differ."""

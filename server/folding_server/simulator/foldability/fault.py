@@ -7,6 +7,7 @@ FaultKind = Literal[
     "Maekawa",
     "Kawasaki",
     "Big-little-big",
+    "Single-vertex folding",
     "loose end",
     "no face",
     "one face",

@@ -7,28 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from folding_server.arrays import Floats, Ints
-from folding_server.geometry.graph import Edge, edge_faces, edge_of, sides
 from folding_server.geometry.isometry import IDENTITY, Isometry
 from folding_server.simulator.foldability.face_walk import SharedEdge, faces_isometries
-from folding_server.simulator.foldability.pattern import Assignment, CreasePattern
-
-FOLDED_ASSIGNMENTS = frozenset("MVU")
-"""Assignments of creases that are folded: an unassigned one is folded one way or the other."""
-
-
-@dataclass(frozen=True)
-class PatternCrease:
-    """An edge between two faces, ``left`` of u -> v on the sheet and ``right`` of it."""
-
-    edge: Edge
-    assignment: Assignment
-    left: int
-    right: int
-
-    @property
-    def folded(self) -> bool:
-        """Whether the two faces lie on top of each other at this crease."""
-        return self.assignment in FOLDED_ASSIGNMENTS
+from folding_server.simulator.foldability.pattern import CreasePattern, PatternCrease
 
 
 @dataclass(frozen=True)
@@ -66,23 +47,11 @@ class FlatFaces:
         ).reshape(-1, 2)
 
 
-def creases_of(pattern: CreasePattern) -> list[PatternCrease]:
-    """The edges that join two faces; a boundary edge between two is a cut and joins nothing."""
-    beside = edge_faces(dict(enumerate(pattern.cycles)))
-    left_of = {side: face for face, cycle in enumerate(pattern.cycles) for side in sides(cycle)}
-    found = []
-    for (u, v), assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True):
-        joins = len(set(beside.get(edge_of(u, v), ()))) == 2 and assignment != "B"
-        if joins and (u, v) in left_of and (v, u) in left_of:
-            found.append(PatternCrease((u, v), assignment, left_of[u, v], left_of[v, u]))
-    return found
-
-
 def lay_flat(pattern: CreasePattern) -> FlatFaces:
     """Fold every crease flat, walking from face to face out of the first, which keeps its place front up."""
     points = np.array(pattern.vertices_coords, float)
     points = (points - points.min(axis=0)) / max(float(np.ptp(points, axis=0).max()), 1e-300)
-    creases = creases_of(pattern)
+    creases = pattern.creases
     isometries = faces_isometries(
         points.tolist(), [SharedEdge(c.edge, (c.left, c.right), c.folded) for c in creases]
     )

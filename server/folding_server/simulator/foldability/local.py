@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from math import atan2, hypot, pi, tau
 from typing import Literal
 
-from folding_server.simulator.foldability.flat_faces import PatternCrease, creases_of
-from folding_server.simulator.foldability.pattern import CreasePattern
+from folding_server.simulator.foldability.pattern import CreasePattern, PatternCrease
 
 ANGLE = 1e-2
 """Radians that alternate angles may be off half a turn."""
@@ -46,7 +45,7 @@ def longer_side(pattern: CreasePattern) -> float:
 def inner_vertices(pattern: CreasePattern) -> Iterator[tuple[int, list[PatternCrease]]]:
     """The vertices inside the sheet, ascending, with the folded creases that meet there."""
     around: dict[int, list[PatternCrease]] = {}
-    for crease in creases_of(pattern):
+    for crease in pattern.creases:
         for v in crease.edge:
             around.setdefault(v, []).append(crease)
     for v in sorted(set(around) - _outline(pattern)):
@@ -55,7 +54,7 @@ def inner_vertices(pattern: CreasePattern) -> Iterator[tuple[int, list[PatternCr
 
 def _outline(pattern: CreasePattern) -> set[int]:
     """The vertices of edges that do not lie between two faces."""
-    inner = {crease.edge for crease in creases_of(pattern)}
+    inner = {crease.edge for crease in pattern.creases}
     return {v for edge in pattern.edges_vertices if edge not in inner for v in edge}
 
 

@@ -15,6 +15,9 @@ from folding_server.simulator.paper import Paper
 Assignment = Literal["B", "M", "V", "F", "U"]
 """Boundary, mountain, valley, flat (a mark), or a crease whose direction is not given."""
 
+FOLDED_ASSIGNMENTS = frozenset("MVU")
+"""Assignments of creases that are folded: an unassigned one is folded one way or the other."""
+
 ASSIGNMENTS: Mapping[str, Assignment] = {assignment: assignment for assignment in get_args(Assignment)}
 """Every assignment of a pattern by itself, to check and narrow plain strings with."""
 
@@ -47,6 +50,21 @@ class JoinedEnd:
     before: Point
     after: Point
     gap: float
+
+
+@dataclass(frozen=True)
+class PatternCrease:
+    """An edge between two faces, ``left`` of u -> v on the sheet and ``right`` of it."""
+
+    edge: Edge
+    assignment: Assignment
+    left: int
+    right: int
+
+    @property
+    def folded(self) -> bool:
+        """Whether the two faces lie on top of each other at this crease."""
+        return self.assignment in FOLDED_ASSIGNMENTS
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,18 @@ class CreasePattern:
         if self.faces_vertices:
             return boundary_cycles(self.vertices_coords, self.edges_vertices, self.faces_vertices)
         return faces_of_sheet(self.vertices_coords, self.edges_vertices, self.edges_assignment)
+
+    @cached_property
+    def creases(self) -> tuple[PatternCrease, ...]:
+        """The edges that join two faces; a boundary edge between two is a cut and joins nothing."""
+        beside = edge_faces(dict(enumerate(self.cycles)))
+        left_of = {side: face for face, cycle in enumerate(self.cycles) for side in sides(cycle)}
+        found = []
+        for (u, v), assignment in zip(self.edges_vertices, self.edges_assignment, strict=True):
+            joins = len(set(beside.get(edge_of(u, v), ()))) == 2 and assignment != "B"
+            if joins and (u, v) in left_of and (v, u) in left_of:
+                found.append(PatternCrease((u, v), assignment, left_of[u, v], left_of[v, u]))
+        return tuple(found)
 
     def place(self, vertex: int) -> FilePlace:
         """Where the file has a vertex."""

@@ -9,9 +9,9 @@ import shapely
 from folding_server.geometry.graph import Edge
 from folding_server.geometry.planar import all_crossings
 from folding_server.simulator.foldability.fault import Fault, said
-from folding_server.simulator.foldability.flat_faces import FOLDED_ASSIGNMENTS, FlatFaces, creases_of
+from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.foldability.local import longer_side
-from folding_server.simulator.foldability.pattern import CreasePattern
+from folding_server.simulator.foldability.pattern import FOLDED_ASSIGNMENTS, CreasePattern
 
 
 def not_a_pattern(pattern: CreasePattern) -> list[Fault]:
@@ -49,7 +49,7 @@ def _crossing(pattern: CreasePattern, i: int, j: int) -> Fault:
 
 def _folded_alone(pattern: CreasePattern) -> list[tuple[Edge, str]]:
     """The folded creases that do not lie between two faces, with their letters."""
-    joined = {crease.edge for crease in creases_of(pattern)}
+    joined = {crease.edge for crease in pattern.creases}
     return [
         (edge, assignment)
         for edge, assignment in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)

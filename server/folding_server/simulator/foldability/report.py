@@ -7,7 +7,6 @@ from typing import Literal
 
 import shapely
 
-from folding_server.simulator.foldability.big_little_big import big_little_big
 from folding_server.simulator.foldability.classes import ContradictionError
 from folding_server.simulator.foldability.conflict import conflicting_faces
 from folding_server.simulator.foldability.constraints import (
@@ -23,13 +22,17 @@ from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.pattern import CreasePattern, pattern_of
 from folding_server.simulator.foldability.planarity import does_not_close, not_a_pattern
 from folding_server.simulator.foldability.search import count_orders, first_order
+from folding_server.simulator.foldability.single_vertex_pattern import single_vertex_order
 from folding_server.simulator.foldability.tolerances import contacts_to_try
+from folding_server.simulator.foldability.vertex_faults import unfoldable_vertices
 from folding_server.simulator.paper import Paper
 
 CAP = 1000
 """How many layer orders of each part are counted by default."""
 CLOSING = 1e-3
 """How far faces may disagree on a folded vertex, in units of the sheet's longer side."""
+BRIEF = 1.0
+"""Seconds of counting up to which a number of orders is not what was asked for."""
 NAMED = 6
 """Faces that a sentence names the places of."""
 
@@ -46,6 +49,11 @@ class Counting:
     cap: int | None = CAP
     seconds: float | None = None
     announce: Callable[[int, int, int], None] | None = None
+
+    @property
+    def briefly(self) -> bool:
+        """Whether one order is asked for, and others only if they cost little."""
+        return self.cap == 1 or (self.seconds is not None and self.seconds <= BRIEF)
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,7 @@ def check_pattern(
     faults = list(does_not_close(flat, CLOSING))
     if faults:
         return _refused(faults[0].detail + _and_more(len(faults) - 1, "fault"), faults)
-    faults = big_little_big(pattern)
+    faults = unfoldable_vertices(pattern)
     if faults:
         return _refused(_at_vertices(faults), faults)
     return _layered(flat, counting or Counting(cap))
@@ -140,6 +148,14 @@ def _at_vertices(faults: Sequence[Fault]) -> str:
 
 
 def _layered(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
+    found = None if counting.cap is None else single_vertex_order(flat)
+    if found and (found.only or counting.briefly):
+        return _folds(found.lying, found.stack, 1, capped=not found.only)
+    return _searched(flat, counting)
+
+
+def _searched(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
+    """The report on a pattern by the search for an order of its layers."""
     tried: Conditions | None = None
     for contacts in contacts_to_try(flat):
         given = constraint_conditions(contacts)
@@ -161,8 +177,14 @@ def _counted(flat: FlatFaces, orders: Orders, decided: int, counting: Counting) 
     lying = tuple(orders.lying())
     orders.undo(decided)
     states, capped = count_orders(orders, counting.cap, counting.seconds, counting.announce)
+    return _folds(lying, _stack(flat, lying), states, capped=capped)
+
+
+def _folds(
+    lying: tuple[FacePair, ...], stack: tuple[int, ...] | None, states: int, *, capped: bool
+) -> FoldabilityReport:
+    """The report on a pattern that folds flat."""
     count = f"{'at least ' if capped else ''}{states} layer order{'s' * (states > 1)}"
-    stack = _stack(flat, lying)
     return FoldabilityReport(True, f"The pattern folds flat: {count}.", (), states, capped, lying, stack)
 
 
