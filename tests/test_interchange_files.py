@@ -18,6 +18,7 @@ from folding_server.interchange.export import EXPORT_FILES, export
 from folding_server.interchange.fold_reading import read_crease_pattern, read_fold
 from folding_server.interchange.obj import obj_text
 from folding_server.interchange.oripa import oripa_text
+from folding_server.interchange.program_files import program_in
 from folding_server.interchange.programs import (
     load_commented_program,
     load_program,
@@ -31,7 +32,7 @@ from folding_server.simulator import apply, folded_state, moved_faces, new_paper
 from folding_server.simulator.plane_layers import layers_of_planes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from papers import CAT, FIGURES, RESULTS, figure, random_paper, states
+from papers import CAT, FIGURES, RESULTS, figure, random_paper, result, states
 
 actions = st.one_of(
     st.builds(AddVertex, edge=st.tuples(st.integers(), st.integers()), position=st.floats(0, 1)),
@@ -74,6 +75,19 @@ def test_recorded_programs_are_resolved_by_place(path: Path) -> None:
     for action in recorded.actions:
         paper = apply(paper, resolved(paper, action))
     assert len(paper.vertices_coords) == len(recorded.final["vertices"])
+
+
+@pytest.mark.parametrize("path", RESULTS)
+def test_a_recorded_result_is_read_as_a_program_of_a_step_for_each_action(path: Path) -> None:
+    program = program_in(path.read_text(encoding="utf-8"))
+    assert all(len(step) == 1 for step in program.steps)
+    assert states(program)[-1] == result(path)
+
+
+def test_an_action_of_a_recorded_result_that_cannot_be_folded_is_named() -> None:
+    flip = {"action": "flip", "axis": "x"}
+    with pytest.raises(ProgramError, match="Action 2 of the recorded program cannot be folded: "):
+        program_in(json.dumps({"license": "any", "actions": [flip, {"action": "unfold"}], "final": {}}))
 
 
 @pytest.mark.parametrize(

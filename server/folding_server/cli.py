@@ -40,7 +40,7 @@ from folding_server.command_options import (
     VisionWorkers,
     file_to_write,
 )
-from folding_server.data_folder import data_folder, folder_for_runs
+from folding_server.data_folder import folder_for_runs
 from folding_server.derivation.derive_command import derive
 from folding_server.errors import FoldingError
 from folding_server.http_options import check_names, check_tokens_are_meant
@@ -309,12 +309,9 @@ def view(
     sequences: Sequences = None,
 ) -> None:
     """Show a program or a run step by step in the browser; folds tried there are kept nowhere."""
-    from folding_server.view.model_source import StoredRuns, open_model
+    from folding_server.view.model_source import asked_model
 
-    def tell(sentence: str) -> None:
-        typer.echo(sentence, err=True)
-
-    model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
+    model = asked_model(source, data, database, sequences or ())
     if out:
         from folding_server.view.page import page_html
 
@@ -327,10 +324,10 @@ def view(
 
 
 def _program(path: Path) -> "Program":
-    """The program in a file, which may be one of a published figure."""
-    from folding_server.interchange.programs import load_published
+    """The program in a file, which may be one of a published figure or a recorded result."""
+    from folding_server.interchange.program_files import program_in
 
-    return load_published(text_in(path, "give the path of a JSON file")).program
+    return program_in(text_in(path, "give the path of a JSON file"))
 
 
 def _exported(paper: "Paper", kind: "ExportFormat", program: "Program") -> str | bytes:

@@ -41,16 +41,12 @@ def animate(
 ) -> None:
     """Show a program or a run being folded, flaps swinging about their creases."""
     from folding_server.animation.film_files import poster_png, write_film
-    from folding_server.data_folder import data_folder
     from folding_server.errors import FoldingError
     from folding_server.instructions.moves import lesson_of
-    from folding_server.view.model_source import StoredRuns, open_model
+    from folding_server.view.model_source import asked_model
     from folding_server.wording.sheet_words import lesson_words
 
-    def tell(sentence: str) -> None:
-        typer.echo(sentence, err=True)
-
-    model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
+    model = asked_model(source, data, database, sequences or ())
     lesson = lesson_of(model.program)
     words = [each.text for each in lesson_words(lesson, language)]
     write_film(lesson, words, out, view, language)

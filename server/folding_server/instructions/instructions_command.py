@@ -37,18 +37,14 @@ def instructions(
     sequences: Sequences = None,
 ) -> None:
     """Draw a program or a run as numbered steps to fold by."""
-    from folding_server.data_folder import data_folder
     from folding_server.errors import FoldingError
     from folding_server.instructions.moves import lesson_of
     from folding_server.instructions.sheet_files import sheet_content
     from folding_server.instructions.sheet_layout import SheetForm
-    from folding_server.view.model_source import StoredRuns, open_model
+    from folding_server.view.model_source import asked_model
     from folding_server.wording.repeats import with_repeats
 
-    def tell(sentence: str) -> None:
-        typer.echo(sentence, err=True)
-
-    model = open_model(source, StoredRuns(data_folder(data), database), sequences or (), tell)
+    model = asked_model(source, data, database, sequences or ())
     lesson = with_repeats(lesson_of(model.program))
     pictures = {} if lesson.refusal or not photos else _jpegs(model.photos())
     content = sheet_content(lesson, out.suffix, SheetForm(page, columns), pictures, language)

@@ -43,18 +43,14 @@ def practicality(
     as_json: Json = False,
 ) -> None:
     """Say where a model asks more of paper and hands than they give: thick bends, small flaps, errors that add up."""
-    from folding_server.data_folder import data_folder
     from folding_server.errors import FoldingError
     from folding_server.instructions.moves import lesson_of
     from folding_server.instructions.practicality import PaperStock, corner_error, fold_demands
-    from folding_server.view.model_source import StoredRuns, open_model
+    from folding_server.view.model_source import asked_model
     from folding_server.wording.landmarks import Landmarks
     from folding_server.wording.sentences import Sentences
 
-    def tell(sentence: str) -> None:
-        typer.echo(sentence, err=True)
-
-    lesson = lesson_of(open_model(source, StoredRuns(data_folder(data), database), (), tell).program)
+    lesson = lesson_of(asked_model(source, data, database).program)
     stock = PaperStock(paper, thickness, off)
     demands, error = fold_demands(lesson, stock), corner_error(lesson, stock)
     key = Landmarks(lesson.final).name_at(error.at) if error else None

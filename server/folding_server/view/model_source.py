@@ -1,6 +1,7 @@
 """What ``foldingagent-server view`` is pointed at: a program's file, a run folder of the client, or a stored run."""
 
 import json
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,10 +9,11 @@ from typing import Any
 
 from folding_schemas.actions import Program
 
+from folding_server.data_folder import data_folder
 from folding_server.errors import FoldingError, PhotoError
 from folding_server.frames.added_sequences import added_folder
 from folding_server.frames.sequences import Library, Sequence, load_sequence
-from folding_server.interchange.programs import load_published
+from folding_server.interchange.program_files import program_in
 from folding_server.store.database import DATABASE_NAME
 from folding_server.store.run_ids import is_run_id
 from folding_server.store.run_store import RunStore
@@ -49,6 +51,17 @@ class StoredRuns:
         return Library(list(sequences), added_folder(self.data, owner))
 
 
+def asked_model(
+    source: str, data: Path | None, database: str | None, sequences: Iterable[Path] = ()
+) -> LocalModel:
+    """The model that a command is asked for, as ``open_model`` has it, with its options; what there is to tell goes to stderr."""
+
+    def tell(sentence: str) -> None:
+        sys.stderr.write(sentence + "\n")
+
+    return open_model(source, StoredRuns(data_folder(data), database), sequences, tell)
+
+
 def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell: Tell) -> LocalModel:
     """The model that ``source`` names: a program's file, a run folder, or the id of one of the ``stored`` runs.
 
@@ -65,7 +78,7 @@ def open_model(source: str, stored: StoredRuns, sequences: Iterable[Path], tell:
     if is_folder:
         return _of_run_folder(path, tell)
     if is_file:
-        return LocalModel(load_published(text_in(path, _WANTED)).program)
+        return LocalModel(program_in(text_in(path, _WANTED)))
     if is_run_id(source):
         return _of_stored_run(
             stored, source, lambda name, owner: stored.library(sequences, owner).open(name), tell
@@ -89,7 +102,7 @@ def _of_run_folder(folder: Path, tell: Tell) -> LocalModel:
     run_id = about.get("run_id")
     if isinstance(run_id, str) and (folder / "store" / DATABASE_NAME).is_file():
         return _of_stored_run(StoredRuns(folder / "store"), run_id, photos, tell)
-    program = load_published(text_in(folder / "program.json", _WANTED)).program
+    program = program_in(text_in(folder / "program.json", _WANTED))
     return LocalModel(program, _photos(lambda: photos(program.name), program, tell))
 
 
