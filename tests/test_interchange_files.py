@@ -212,9 +212,9 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
 def test_moved_faces_are_those_that_changed_place(path: Path) -> None:
     results = list(run_steps(figure(path)))
-    for before, result in itertools.pairwise(results):
-        for face in result.paper.faces:
-            middle = shapely.Polygon(result.paper.sheet_polygon(face)).centroid
+    for before, after in itertools.pairwise(results):
+        for face in after.paper.faces:
+            middle = shapely.Polygon(after.paper.sheet_polygon(face)).centroid
             point = (middle.x, middle.y)
             (origin,) = (
                 f
@@ -222,11 +222,11 @@ def test_moved_faces_are_those_that_changed_place(path: Path) -> None:
                 if shapely.Polygon(before.paper.sheet_polygon(f)).contains(middle)
             )
             apart = shapely.Point(before.paper.isometries[origin](point)).distance(
-                shapely.Point(result.paper.isometries[face](point))
+                shapely.Point(after.paper.isometries[face](point))
             )
-            turned = before.paper.back_up(origin) != result.paper.back_up(face)
-            if face in result.moved:
-                assert apart > 1e-9 or turned or any("rotate" in a.action for a in result.actions)
+            turned = before.paper.back_up(origin) != after.paper.back_up(face)
+            if face in after.moved:
+                assert apart > 1e-9 or turned or any("rotate" in a.action for a in after.actions)
             else:
                 assert apart < 1e-9
                 assert not turned

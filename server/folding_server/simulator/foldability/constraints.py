@@ -119,6 +119,14 @@ class Contacts:
             "tortilla-tortilla": len(_about(np.concatenate([kept[~spans_fold], self._flat_pairs]))),
         }
 
+    def as_many(self, other: "Contacts") -> bool:
+        """Whether as many pairs of faces overlap as in others, with as many equations, which are found only if they do."""
+        return (
+            len(self.pairs) == len(other.pairs)
+            and len(self.equal) == len(other.equal)
+            and len(self.even) == len(other.even)
+        )
+
     def overlap(self, x: Ints, y: Ints) -> Bools:
         """Whether faces overlap, pair by pair."""
         keys = np.minimum(x, y) * len(self.outlines) + np.maximum(x, y)

@@ -9,7 +9,7 @@ and O'Rourke, "Geometric Folding Algorithms", 2007, sections 12.1 and 12.2.)
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-Layers = int | tuple["Layers", ...]
+NestedSectors = int | tuple["NestedSectors", ...]
 """A sector, or what lies as one, bottom to top."""
 
 
@@ -42,7 +42,7 @@ class _Left:
     above: list[bool]
     equal: float
     closed: bool
-    layers: list[Layers] = field(init=False)
+    layers: list[NestedSectors] = field(init=False)
     there: list[bool] = field(init=False)
     before: list[int] = field(init=False)
     after: list[int] = field(init=False)
@@ -120,7 +120,7 @@ class _Left:
         self.count -= 1
 
 
-def _flattened(layers: Layers) -> list[int]:
+def _flattened(layers: NestedSectors) -> list[int]:
     """The sectors in nested layers, in order; they may be nested as deep as there are sectors."""
     found: list[int] = []
     waiting = [layers]

@@ -9,9 +9,9 @@ from folding_server.simulator.foldability.crimping import crimped_stack
 from folding_server.simulator.foldability.letter_choice import chosen_letters
 from folding_server.simulator.foldability.sectors import VertexSectors
 
-COARSEST = 2e-3
+WIDEST_DIFFERENCE = 2e-3
 """Radians by which angles that are meant to be equal may differ at most, as for big-little-big."""
-FINER = 0.25
+NEXT_TIMES = 0.25
 """Each next tolerance of angles, times the one before."""
 TOLERANCES = 6
 """How many tolerances of angles are tried: the finest is 2e-6 radians, 1e-6 of a sheet's side."""
@@ -20,7 +20,7 @@ TOLERANCES = 6
 def tolerances(off: float = 0.0) -> Iterator[float]:
     """By how much equal angles may differ, in radians, coarse to fine."""
     for k in range(TOLERANCES):
-        yield (COARSEST + off) * FINER**k
+        yield (WIDEST_DIFFERENCE + off) * NEXT_TIMES**k
 
 
 def sector_stack(around: VertexSectors, equal: float) -> list[int] | None:

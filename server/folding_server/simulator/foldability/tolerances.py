@@ -38,7 +38,7 @@ def stable_contacts(flat: FlatFaces, first: float) -> Contacts:
     coarsest = coarse = Contacts(flat, first)
     for _ in range(HALVINGS):
         fine = Contacts(flat, coarse.tolerance / 2)
-        if fine.size == coarse.size:
+        if fine.as_many(coarse):
             return coarse
         coarse = fine
     return coarsest

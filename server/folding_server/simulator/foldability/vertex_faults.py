@@ -7,7 +7,7 @@ from folding_server.simulator.foldability.pattern import CreasePattern
 from folding_server.simulator.foldability.sectors import VertexSectors, sectors_around
 from folding_server.simulator.foldability.single_vertex import sector_stack, tolerances
 
-FEWEST = 2
+FEWEST_CREASES = 2
 """Creases at a vertex below which any letters fold flat."""
 
 
@@ -16,7 +16,9 @@ def unfoldable_vertices(pattern: CreasePattern) -> list[Fault]:
     Maekawa and Kawasaki. Those at which big-little-big fails say how, and come first.
     """
     off = OFF * longer_side(pattern)
-    alone = [_fault(pattern, each) for each in sectors_around(pattern, FEWEST) if not _foldable(each, off)]
+    alone = [
+        _fault(pattern, each) for each in sectors_around(pattern, FEWEST_CREASES) if not _foldable(each, off)
+    ]
     if not alone:
         return []
     known = {fault.vertices for fault in alone}

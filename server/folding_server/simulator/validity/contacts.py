@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from folding_server.arrays import Floats, Geometries, Indices, Ints
+from folding_server.simulator.validity.convex_overlaps import meeting
 from folding_server.simulator.validity.half_planes import half_planes, lengths_inside
 from folding_server.simulator.validity.near_lines import nearly_collinear
 
@@ -31,8 +32,9 @@ def shrunk(outlines: Geometries, distance: float) -> Geometries:
 def overlapping(outlines: Geometries, tolerance: float) -> Indices:
     """(2, k): the pairs i < j of faces that overlap by more than the tolerance."""
     cores = shrunk(outlines, tolerance / 2)
-    pairs = shapely.STRtree(cores).query(cores, predicate="intersects")
-    return pairs[:, pairs[0] < pairs[1]]
+    pairs = shapely.STRtree(cores).query(cores)
+    pairs = pairs[:, pairs[0] < pairs[1]]
+    return np.asarray(pairs[:, meeting(cores, pairs)])
 
 
 def through(segments: Floats, outlines: Geometries, tolerance: float) -> Indices:
