@@ -93,10 +93,12 @@ class Contacts:
     ``thin`` faces are thinner than the tolerance: a flat pair with one does not reach across its crease.
     """
 
-    def __init__(self, flat: FlatFaces, tolerance: float) -> None:
+    def __init__(self, flat: FlatFaces, tolerance: float, coarser: "Contacts | None" = None) -> None:
+        """``coarser`` are the contacts of the same faces at a larger tolerance: what overlaps there does so here."""
         self.flat, self.tolerance = flat, tolerance
         self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
-        found = overlapping(self.outlines, tolerance).T.astype(int)
+        known = None if coarser is None else coarser.pairs.T
+        found = overlapping(self.outlines, tolerance, known).T.astype(int)
         self.pairs: Ints = found[np.lexsort((found[:, 1], found[:, 0]))]
         self.keys = self.pairs[:, 0] * len(self.outlines) + self.pairs[:, 1]
         self.left = np.array([crease.left for crease in flat.creases], int)

@@ -3,7 +3,7 @@
 Orders known so far are kept as bit sets per face, so that transitivity through a decided pair is a few set operations.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -40,45 +40,47 @@ class Orders:
 
     def decide(self, number: int, value: bool) -> bool:
         """Give a class a value with all that follows. False if that is impossible: ``undo`` to where it was then."""
-        waiting = [(number, value)]
+        waiting: list[int] = []
+        if not self._note(number, value, waiting):
+            return False
         while waiting:
-            number, value = waiting.pop()
-            held = self.value[number]
-            if held is None:
-                self.value[number] = value
-                self.trail.append(number)
-                waiting.extend(self._by_parity(number))
-                if not self._lay(self._statements(number), waiting):
+            number = waiting.pop()
+            for other, held in self._by_parity(number):
+                if not self._note(other, held, waiting):
                     return False
-            elif held != value:
+            if not self._close(number, waiting):
                 return False
         return True
 
-    def _lay(self, statements: Sequence[FacePair], waiting: list[Decision]) -> bool:
-        """Note what a class says and append what follows from it by transitivity. False if that contradicts what is known."""
-        over, under, bit = self.over, self.under, self.bit
-        for x, y in statements:
-            over[x] |= bit[y]
-            under[y] |= bit[x]
-        for x, y in statements:
-            above, below = over[y] & self.touching[x] & ~over[x], under[x] & self.touching[y] & ~under[y]
-            if (above or below) and not self._close(x, y, above, below, waiting):
+    def _note(self, number: int, value: bool, waiting: list[int]) -> bool:
+        """Give a class a value and note what it says; what follows from that waits. False if it has the other value."""
+        held = self.value[number]
+        if held is not None:
+            return held == value
+        self.value[number] = value
+        self.trail.append(number)
+        waiting.append(number)
+        for x, y in self._statements(number):
+            self.over[x] |= self.bit[y]
+            self.under[y] |= self.bit[x]
+        return True
+
+    def _close(self, number: int, waiting: list[int]) -> bool:
+        """Note what follows by transitivity from what a class says. False if that contradicts what is known."""
+        over, under, touching = self.over, self.under, self.touching
+        for x, y in self._statements(number):
+            above, below = over[y] & touching[x] & ~over[x], under[x] & touching[y] & ~under[y]
+            if (above or below) and not self._close_pair(x, y, above, below, waiting):
                 return False
         return True
 
-    def _close(self, x: int, y: int, above: int, below: int, waiting: list[Decision]) -> bool:
-        """Append what follows from x below y for the faces above y and below x that share a cell with both."""
-        value, cells, codes = self.value, self.cells, self.equations.codes
+    def _close_pair(self, x: int, y: int, above: int, below: int, waiting: list[int]) -> bool:
+        """Note what follows from x below y for the faces above y and below x that share a cell with both."""
+        cells, codes = self.cells, self.equations.codes
         both = cells[x] & cells[y]
         followed = [codes[x][z] for z in bits(above) if both & cells[z]]
         followed += [codes[z][y] for z in bits(below) if both & cells[z]]
-        for code in followed:
-            held = value[code >> 1]
-            if held is None:
-                waiting.append((code >> 1, bool(code & 1)))
-            elif held != code & 1:
-                return False
-        return True
+        return all(self._note(code >> 1, bool(code & 1), waiting) for code in followed)
 
     def likely(self, number: int) -> bool:
         """The value to try first of an open class: the face that is laid goes next to the one it is joined to.

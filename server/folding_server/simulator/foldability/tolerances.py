@@ -37,7 +37,7 @@ def stable_contacts(flat: FlatFaces, first: float) -> Contacts:
     """The contacts at the coarsest of ``first``, its half, ... of which the next finer has the same."""
     coarsest = coarse = Contacts(flat, first)
     for _ in range(HALVINGS):
-        fine = Contacts(flat, coarse.tolerance / 2)
+        fine = Contacts(flat, coarse.tolerance / 2, coarse)
         if fine.as_many(coarse):
             return coarse
         coarse = fine

@@ -29,12 +29,15 @@ def shrunk(outlines: Geometries, distance: float) -> Geometries:
     return np.asarray(shapely.buffer(outlines, -distance, join_style="mitre"))
 
 
-def overlapping(outlines: Geometries, tolerance: float) -> Indices:
-    """(2, k): the pairs i < j of faces that overlap by more than the tolerance."""
+def overlapping(outlines: Geometries, tolerance: float, known: Indices | None = None) -> Indices:
+    """(2, k): the pairs i < j of faces that overlap by more than the tolerance; ``known`` (2, m) are some of them."""
     cores = shrunk(outlines, tolerance / 2)
     pairs = shapely.STRtree(cores).query(cores)
     pairs = pairs[:, pairs[0] < pairs[1]]
-    return np.asarray(pairs[:, meeting(cores, pairs)])
+    if known is None:
+        return np.asarray(pairs[:, meeting(cores, pairs)])
+    others = pairs[:, ~np.isin(pairs[0] * len(cores) + pairs[1], known[0] * len(cores) + known[1])]
+    return np.concatenate([known, others[:, meeting(cores, others)]], axis=1)
 
 
 def through(segments: Floats, outlines: Geometries, tolerance: float) -> Indices:
