@@ -8,13 +8,17 @@ import json
 import subprocess
 import sys
 import time
+from math import ceil
 from pathlib import Path
+from signal import SIGKILL, SIGXCPU
 from statistics import median
 from typing import Any
 
 DRIVER = Path(__file__).with_suffix(".mjs")
 FACES = (500, 6000)
 """Faces of the patterns that are compared, from and to."""
+OUT_OF_TIME = {-SIGXCPU, -SIGKILL}
+"""How a process ends that has used up its processor time."""
 
 
 def patterns_of(clone: Path, every: int) -> list[tuple[int, Path]]:
@@ -28,7 +32,7 @@ def patterns_of(clone: Path, every: int) -> list[tuple[int, Path]]:
 
 
 def measured_by_flat_folder(clone: Path, file: Path, seconds: float, limit: str = "1") -> dict[str, Any]:
-    """What Flat-Folder found and how long it took; its time is the limit where it did not end."""
+    """What Flat-Folder found and how long it took; its time is the limit, in processor seconds, where it did not end."""
     command = [
         "node",
         "--max-old-space-size=6000",
@@ -37,10 +41,16 @@ def measured_by_flat_folder(clone: Path, file: Path, seconds: float, limit: str 
         limit,
         str(file.resolve()),
     ]
-    try:
-        run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=seconds)
-    except subprocess.TimeoutExpired:
-        return {"states": None, "refused": "out of time", "seconds": seconds, "cpu": seconds}
+    command = ["bash", "-c", f'ulimit -t {ceil(seconds)} && exec "$0" "$@"', *command]
+    started = time.perf_counter()
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode in OUT_OF_TIME:
+        return {
+            "states": None,
+            "refused": "out of time",
+            "seconds": time.perf_counter() - started,
+            "cpu": seconds,
+        }
     lines = [line for line in run.stdout.splitlines() if line.startswith('{"flat_folder"')]
     if not lines:
         return {"states": None, "refused": run.stderr.strip()[-100:], "seconds": None, "cpu": None}

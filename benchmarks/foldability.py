@@ -62,7 +62,9 @@ def main() -> None:
     parser.add_argument("--golden", type=Path, help="folder with golden.jsonl and patterns/")
     parser.add_argument("--flat-folder", type=Path, help="a clone of Flat-Folder; needs node")
     parser.add_argument("--every", type=int, default=1, help="compare every so many-th of its examples")
-    parser.add_argument("--seconds", type=float, default=600, help="how long Flat-Folder may take for one")
+    parser.add_argument(
+        "--seconds", type=float, default=600, help="processor seconds that Flat-Folder may take for one"
+    )
     options = parser.parse_args()
     if options.flat_folder:
         print(json.dumps(side_by_side(options.flat_folder, options.every, options.seconds), indent=1))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from folding_server.errors import ProgramError
+from folding_server.errors import ActionRefused, ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
 from folding_server.interchange.fold_format import crease_pattern_document, fold_document, fold_text
 from folding_server.interchange.fold_reading import FaceOrders, fold_flat, read_crease_pattern, read_fold
@@ -594,3 +594,22 @@ def test_a_folded_form_whose_layers_go_in_a_circle_is_no_paper_but_its_pattern_i
     again = check_pattern(read_crease_pattern(document))
     assert again.foldable
     assert again.stack is None
+
+
+def rounded_to(value: Any, digits: int) -> Any:
+    """A document with every number rounded, without what only our own files have."""
+    if isinstance(value, dict):
+        return {k: rounded_to(v, digits) for k, v in value.items() if not k.startswith("folding:")}
+    if isinstance(value, list):
+        return [rounded_to(each, digits) for each in value]
+    return round(value, digits) if isinstance(value, float) else value
+
+
+@pytest.mark.parametrize(("seed", "folds", "edge", "direction"), [(2, 3, (12, 10), -1), (8, 4, (6, 14), 1)])
+def test_a_face_that_rounding_takes_off_the_moving_side_ends_in_a_paper_or_in_a_refusal(
+    seed: int, folds: int, edge: tuple[int, int], direction: int
+) -> None:
+    """A corner of it lies beyond the line by the one place of that vertex, and before it by the face's own motion."""
+    paper = read_fold(rounded_to(fold_document(random_paper(seed, folds)), 3))
+    with suppress(ActionRefused):
+        assert len(fold(paper, edge, direction).faces) >= len(paper.faces)

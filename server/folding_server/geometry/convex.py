@@ -1,7 +1,7 @@
 """Convex polygons: area, clipping, bounding boxes, overlap."""
 
 from collections.abc import Sequence
-from math import hypot
+from math import hypot, inf
 
 from folding_server.geometry.line import Line, Point, between
 from folding_server.geometry.tolerance import TOLERANCE
@@ -61,8 +61,14 @@ def _separated(first: Polygon, second: Polygon, tolerance: float) -> bool:
     return False
 
 
+NO_BOX: Box = (inf, inf, -inf, -inf)
+"""The box around nothing."""
+
+
 def bounding_box(outline: list[Point]) -> Box:
-    """The box around an outline."""
+    """The box around an outline; that of no points meets nothing."""
+    if not outline:
+        return NO_BOX
     xs, ys = [p[0] for p in outline], [p[1] for p in outline]
     return min(xs), min(ys), max(xs), max(ys)
 
