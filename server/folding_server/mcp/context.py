@@ -22,6 +22,7 @@ from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
 from folding_server.store.limits import BUDGET, NO_LIMITS, OwnerLimits
+from folding_server.store.non_blocking import WouldBlock, may_block
 from folding_server.store.rules import check_same_sequence
 from folding_server.workers.job_queue import OWNER_WAITING, WAITING, QueueLimits
 
@@ -111,6 +112,8 @@ class AppContext:
         from folding_server.frames.photo_cache import PhotoCache  # noqa: PLC0415
         from folding_server.frames.sequences import Library  # noqa: PLC0415
 
+        if not may_block():
+            raise WouldBlock
         with self._guard:
             if owner not in self._libraries:
                 added = added_folder(self.settings.data, owner)
@@ -231,6 +234,11 @@ class AppContext:
         self.paper(self.store.last_seen(run_id))
         with self.store.change(run_id, request_id) as change:
             yield change
+
+    async def on_disk(self) -> None:
+        """Wait until what was carried out in this event loop is on the disk: now it may be answered."""
+        if self._store is not None:
+            await self._store.on_disk()
 
     def paper(self, run: "RunView") -> Paper:
         """The current state of a run."""
