@@ -90,6 +90,8 @@ class AppContext:
     @property
     def store(self) -> "RunStore":
         """The store of all runs. RunError if its database cannot be used."""
+        if (opened := self._store) is not None:
+            return opened
         from folding_server.store.run_store import RunStore  # noqa: PLC0415  (loads SQLAlchemy)
 
         with self._guard:
@@ -228,10 +230,11 @@ class AppContext:
         """One change of the run that a call means, decided on and recorded in one transaction of the store.
 
         Folding the paper up to where it stands can take long after a restart, so it is done before the
-        transaction begins. RunError if the run is unknown, none is meant, or the call's request id is none.
+        transaction begins; a call that may not wait gives up instead. RunError if the run is unknown, none is meant, or the call's request id is none.
         """
         run_id, request_id = self._named(run_id), request_id_of(ctx)
-        self.paper(self.store.last_seen(run_id))
+        if may_block():
+            self.paper(self.store.last_seen(run_id))
         with self.store.change(run_id, request_id) as change:
             yield change
 

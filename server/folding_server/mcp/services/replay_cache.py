@@ -28,21 +28,33 @@ class ReplayCache:
 
         WouldBlock in a call that may not wait, if that takes more than an action on a small paper.
         """
-        known, paper = self._longest_known(sheet, actions)
+        keys = _Keys(sheet, actions)
+        known, paper = self._longest_known(keys)
         if not may_block() and (known < len(actions) - 1 or len(paper.faces) > BRIEF_FACES):
             raise WouldBlock
         for end in range(known, len(actions)):
             paper = apply(paper, actions[end])
-            key = hashkey(sheet, *actions[: end + 1])
             with self._lock:
-                self._papers[key] = paper
+                self._papers[keys[end + 1]] = paper
         return paper
 
-    def _longest_known(self, sheet: Sheet, actions: Actions) -> tuple[int, Paper]:
+    def _longest_known(self, keys: "_Keys") -> tuple[int, Paper]:
         """How many of the first actions have a paper in the cache, and that paper."""
         with self._lock:
-            for end in range(len(actions), 0, -1):
-                key = hashkey(sheet, *actions[:end])  # of which the hash is taken once
-                if (paper := self._papers.get(key)) is not None:
+            for end in range(len(keys.actions), 0, -1):
+                if (paper := self._papers.get(keys[end])) is not None:
                     return end, paper
-        return 0, new_paper(sheet)
+        return 0, new_paper(keys.sheet)
+
+
+class _Keys(dict[int, tuple[object, ...]]):
+    """The keys of the papers after so many actions, each made once, since to take the hash of actions takes long."""
+
+    def __init__(self, sheet: Sheet, actions: Actions) -> None:
+        super().__init__()
+        self.sheet = sheet
+        self.actions = actions
+
+    def __missing__(self, end: int) -> tuple[object, ...]:
+        key = self[end] = hashkey(self.sheet, *self.actions[:end])
+        return key
