@@ -7,6 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import anyio
+import anyio.to_thread
 import pytest
 from direct_store import DirectStore
 from folding_schemas.actions import Rotate
@@ -161,3 +163,38 @@ def test_a_disk_that_refuses_to_sync_is_told_in_a_sentence(tmp_path: Path, disk:
         disk.before = lambda: None
         assert store.load(run_id).seq == 2
         assert disk.holds(log_of(tmp_path))
+
+
+@pytest.mark.anyio
+async def test_in_an_event_loop_a_sync_serves_all_that_wait_also_if_who_asked_for_it_gives_up(
+    tmp_path: Path, disk: SyncedDisk
+) -> None:
+    log = tmp_path / "log"
+    log.write_bytes(b"a commit")
+    sync = LogSync(log)
+    with sync.adding():
+        pass
+    held, go_on = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        held.set()
+        assert go_on.wait(20)
+
+    disk.before = hold
+    done: list[int] = []
+
+    async def wait(number: int) -> None:
+        await sync.wait_in_loop()
+        done.append(number)
+
+    async with anyio.create_task_group() as others, anyio.create_task_group() as asking:
+        asking.start_soon(wait, 0)
+        await anyio.to_thread.run_sync(held.wait)
+        for number in (1, 2, 3):
+            others.start_soon(wait, number)
+        await anyio.sleep(0.01)
+        asking.cancel_scope.cancel()
+        go_on.set()
+    assert {1, 2, 3} <= set(done)
+    assert disk.syncs <= 2
+    assert disk.holds(log)

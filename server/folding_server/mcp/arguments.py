@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mcp.server.mcpserver.utilities.func_metadata import FuncMetadata
+from mcp.types import CallToolResult, InputRequiredResult
 
 from folding_server.mcp.schemas import Schema
 
@@ -20,6 +21,10 @@ class ArgumentsAsSent(FuncMetadata):
     def pre_parse_json(self, data: Arguments) -> Arguments:
         """The arguments, unread."""
         return data
+
+    def convert_result(self, result: Any) -> CallToolResult | InputRequiredResult:
+        """The answer as it is: its data come from the model of which the tool's schema is made (``results``), checked already."""
+        return result if isinstance(result, CallToolResult) else super().convert_result(result)
 
 
 def known_arguments(schema: Schema, given: Mapping[str, Any]) -> Arguments:

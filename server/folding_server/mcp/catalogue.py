@@ -4,6 +4,7 @@ from folding_prompts import tool_description
 from mcp.server.mcpserver.tools import Tool
 
 from folding_server.mcp.arguments import ArgumentsAsSent
+from folding_server.mcp.brief_calls import in_event_loop
 from folding_server.mcp.schemas import lean_input, lean_output
 from folding_server.mcp.tool_record import ToolRecord, ToolSelection
 from folding_server.mcp.tools import (
@@ -84,7 +85,7 @@ def long_tools() -> list[str]:
 def _tool(record: ToolRecord) -> Tool:
     """One tool. Its schemas come from the signature; a tool with pictures publishes none of its answer."""
     made = Tool.from_function(
-        record.function,
+        in_event_loop(record.function) if record.brief else record.function,
         title=record.title,
         description=tool_description(record.name),
         annotations=record.hints,

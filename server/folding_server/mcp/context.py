@@ -22,6 +22,7 @@ from folding_server.mcp.services.replay_cache import ReplayCache
 from folding_server.mcp.tool_record import ToolSelection
 from folding_server.simulator import Paper
 from folding_server.store.limits import BUDGET, NO_LIMITS, OwnerLimits
+from folding_server.store.non_blocking import WouldBlock, may_block
 from folding_server.store.rules import check_same_sequence
 from folding_server.workers.job_queue import OWNER_WAITING, WAITING, QueueLimits
 
@@ -89,6 +90,8 @@ class AppContext:
     @property
     def store(self) -> "RunStore":
         """The store of all runs. RunError if its database cannot be used."""
+        if (opened := self._store) is not None:
+            return opened
         from folding_server.store.run_store import RunStore  # noqa: PLC0415  (loads SQLAlchemy)
 
         with self._guard:
@@ -111,6 +114,8 @@ class AppContext:
         from folding_server.frames.photo_cache import PhotoCache  # noqa: PLC0415
         from folding_server.frames.sequences import Library  # noqa: PLC0415
 
+        if not may_block():
+            raise WouldBlock
         with self._guard:
             if owner not in self._libraries:
                 added = added_folder(self.settings.data, owner)
@@ -225,12 +230,18 @@ class AppContext:
         """One change of the run that a call means, decided on and recorded in one transaction of the store.
 
         Folding the paper up to where it stands can take long after a restart, so it is done before the
-        transaction begins. RunError if the run is unknown, none is meant, or the call's request id is none.
+        transaction begins; a call that may not wait gives up instead. RunError if the run is unknown, none is meant, or the call's request id is none.
         """
         run_id, request_id = self._named(run_id), request_id_of(ctx)
-        self.paper(self.store.last_seen(run_id))
+        if may_block():
+            self.paper(self.store.last_seen(run_id))
         with self.store.change(run_id, request_id) as change:
             yield change
+
+    async def on_disk(self) -> None:
+        """Wait until what was carried out in this event loop is on the disk: now it may be answered."""
+        if self._store is not None:
+            await self._store.on_disk()
 
     def paper(self, run: "RunView") -> Paper:
         """The current state of a run."""

@@ -34,7 +34,8 @@ class ToolRecord:
 
     ``title`` is what people read, ``icon`` stands for its family, ``within`` is the smallest set that holds it. With
     ``pictures`` its answers can hold images; then they carry no structured content, since some hosts drop the images
-    where there is any. A ``long`` one can take seconds: its calls can be tasks.
+    where there is any. A ``long`` one can take seconds: its calls can be tasks. A ``brief`` one takes a millisecond as a rule,
+    and says before it changes anything (``store.non_blocking``) if it does not: then its call goes to a thread.
     """
 
     function: ToolFunction
@@ -44,6 +45,7 @@ class ToolRecord:
     within: ToolSelection = "all"
     pictures: bool = False
     long: bool = False
+    brief: bool = False
 
     @property
     def name(self) -> str:
@@ -64,10 +66,11 @@ def tool(
     within: ToolSelection = "all",
     pictures: bool = False,
     long: bool = False,
+    brief: bool = False,
 ) -> Callable[[ToolFunction], ToolRecord]:
     """A decorator that makes a function a tool."""
 
     def record(function: ToolFunction) -> ToolRecord:
-        return ToolRecord(function, title, hints, icon, within, pictures, long)
+        return ToolRecord(function, title, hints, icon, within, pictures, long, brief)
 
     return record

@@ -38,6 +38,8 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from folding_server.errors import RunError
 from folding_server.store import owners
 from folding_server.store.log_sync import LogSync
+from folding_server.store.loop_connection import LoopConnection, without_waiting
+from folding_server.store.non_blocking import WouldBlock, has_changed, may_block
 from folding_server.store.prepared import PreparedStatement
 from folding_server.store.run_events import EVENT, EVENT_FORMAT, IN_COLUMNS, RunEvent
 from folding_server.store.schema import EVENTS, bring_up_to_date, up_to_date
@@ -165,9 +167,9 @@ class EventTable:
         """Connect and make or migrate the table. Raises RunError if the database cannot be used."""
         self._engine = _engine(url)
         self._driver = self._engine.dialect.loaded_dbapi
-        in_turn = self._engine.dialect.name == "sqlite"
-        self._turn: AbstractContextManager[object] = Lock() if in_turn else nullcontext()
+        self._turn = Lock() if self._engine.dialect.name == "sqlite" else None
         self._log_sync: LogSync | None = None
+        self._in_loop: LoopConnection | None = None
         try:
             self._prepare()
         except BaseException:
@@ -177,11 +179,20 @@ class EventTable:
     def close(self) -> None:
         """Give back all connections."""
         self._engine.dispose()
+        if self._in_loop is not None:
+            self._in_loop.close()
 
     @contextmanager
     def reading(self) -> Iterator[Transaction]:
-        """A transaction that only reads. What it read is on the disk when the context ends."""
+        """A transaction that only reads. What it read is on the disk when the context ends.
+
+        In a call that may not wait it is so after ``on_disk``. Raises WouldBlock there.
+        """
         with self._answered():
+            if not may_block():
+                with self._without_waiting().begun(writing=False) as connection:
+                    yield Transaction(connection)
+                return
             with self._engine.connect() as connection, connection.begin():
                 yield Transaction(connection)
             self._wait_for_disk()
@@ -191,12 +202,37 @@ class EventTable:
         """A transaction that may append; rolled back on any exception. Raises Taken.
 
         What it added is on the disk when the context ends. Threads that write to SQLite take turns here: waiting for
-        its lock, it may let one of many wait until it gives up.
+        its lock, it may let one of many wait until it gives up. In a call that may not wait, what it added is on the
+        disk after ``on_disk``. Raises WouldBlock there.
         """
         with self._answered():
-            with self._turn, self._adding(), self._begun() as connection:
+            if not may_block():
+                with self._begun_without_waiting() as connection:
+                    yield Transaction(connection)
+                has_changed()
+                return
+            with self._turn or nullcontext(), self._adding(), self._begun() as connection:
                 yield Transaction(connection)
             self._wait_for_disk()
+
+    async def on_disk(self) -> None:
+        """Wait, in an event loop, until what calls that may not wait have read and added is on the disk."""
+        if self._log_sync is not None:
+            with self._disk_answered():
+                await self._log_sync.wait_in_loop()
+
+    @contextmanager
+    def _begun_without_waiting(self) -> Iterator[Connection]:
+        connection = self._without_waiting()
+        assert self._turn, "what is kept for event loops is SQLite's"
+        with without_waiting(self._turn), self._adding(), connection.begun(writing=True) as begun:
+            yield begun
+
+    def _without_waiting(self) -> LoopConnection:
+        """The connection of event loops. WouldBlock for databases that are elsewhere or in memory."""
+        if self._in_loop is None:
+            raise WouldBlock
+        return self._in_loop
 
     def _adding(self) -> AbstractContextManager[None]:
         return nullcontext() if self._log_sync is None else self._log_sync.adding()
@@ -210,9 +246,14 @@ class EventTable:
 
     def _wait_for_disk(self) -> None:
         """Wait until what is committed is on the disk. Other databases than SQLite do so themselves."""
-        try:
-            if self._log_sync is not None:
+        if self._log_sync is not None:
+            with self._disk_answered():
                 self._log_sync.wait()
+
+    @contextmanager
+    def _disk_answered(self) -> Iterator[None]:
+        try:
+            yield
         except OSError as error:
             raise _refused(
                 f"the run database {self._engine.url.database}",
@@ -225,6 +266,7 @@ class EventTable:
         with self._answered():
             with self._engine.connect() as connection, connection.begin():
                 self._log_sync = _log_sync(connection)
+                self._in_loop = LoopConnection(self._engine.url) if self._log_sync else None
                 if up_to_date(connection):
                     return
             with self._begun() as connection:

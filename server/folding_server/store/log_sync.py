@@ -16,6 +16,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock
 
+import anyio
+import anyio.to_thread
+from anyio.lowlevel import RunVar
+
 _sync = getattr(os, "fdatasync", os.fsync)
 """SQLite's own choice: the data, and of the metadata what is needed to read them, where the system can tell them apart."""
 
@@ -28,6 +32,7 @@ class LogSync:
         with sync.adding():     # one writer at a time
             ...                 # begin, write, commit
         sync.wait()             # now it may be answered
+        await sync.wait_in_loop()   # the same in an event loop
     """
 
     def __init__(self, log: Path) -> None:
@@ -37,6 +42,8 @@ class LogSync:
         """Writers that have begun, that have ended, and those of them whose commits are on the disk."""
         self._started = self._done = 0
         """Syncs that have begun, and the last that was done."""
+        self._asked: RunVar[anyio.Event | None] = RunVar(f"sync of {log}", None)
+        """The end of the sync that an event loop has asked a thread for, if it has."""
 
     @contextmanager
     def adding(self) -> Iterator[None]:
@@ -62,6 +69,24 @@ class LogSync:
             ended = self._ended
             self._sync_log()
             self._synced, self._done = ended, self._started
+
+    async def wait_in_loop(self) -> None:
+        """The same as ``wait``, in an event loop: one of those who wait asks a thread for a sync, for all of them."""
+        before = self._started
+        while self._synced != self._begun and self._done <= before:
+            if (asked := self._asked.get()) is not None:
+                await asked.wait()
+            else:
+                await self._ask()
+
+    async def _ask(self) -> None:
+        asked = anyio.Event()
+        self._asked.set(asked)
+        try:
+            await anyio.to_thread.run_sync(self.wait)
+        finally:
+            self._asked.set(None)
+            asked.set()
 
     def _sync_log(self) -> None:
         """Sync the log. Where there is none, SQLite has copied it into the database and synced that."""

@@ -16,6 +16,7 @@ from folding_server.store import owners
 from folding_server.store.change import Change, other_call, require_same_call
 from folding_server.store.database import EventTable, Requested, Taken, Transaction, database_url
 from folding_server.store.limits import BUDGET, NO_LIMITS, OwnerLimits
+from folding_server.store.non_blocking import WouldBlock, may_block
 from folding_server.store.owners import RunSummary
 from folding_server.store.run_events import RULES, Opened, RunEvent
 from folding_server.store.run_ids import is_run_id, new_run_id
@@ -60,6 +61,10 @@ class RunStore:
         """Drop the kept views; the next call on a run reads all its events again, with the same answer."""
         with self._views_lock:
             self._views.clear()
+
+    async def on_disk(self) -> None:
+        """Wait, in an event loop, until what calls that may not wait were told here is on the disk: now it may be answered."""
+        await self._log.on_disk()
 
     def close(self) -> None:
         """Give back all connections. The store may not be used afterwards."""
@@ -270,6 +275,8 @@ class RunStore:
         """
         with self._views_lock:
             kept = self._views.get(run_id)
+        if kept is None and not may_block():
+            raise WouldBlock
         after = transaction.events_after(run_id, kept.seq, kept.changed) if kept else None
         return _folded(
             run_id,

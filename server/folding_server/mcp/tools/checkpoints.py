@@ -28,7 +28,7 @@ from folding_server.store.views import RunView
 Notes = Annotated[str | None, Field(description="a remark to keep with the checkpoint, in words")]
 
 
-@tool("Save a checkpoint", ADDS, icons.CHECKPOINT_ICON, within="paper")
+@tool("Save a checkpoint", ADDS, icons.CHECKPOINT_ICON, within="paper", brief=True)
 def save_checkpoint(
     ctx: ToolContext, frame: Frame, notes: Notes = None, run_id: RunId = None
 ) -> Annotated[CallToolResult, CheckpointSaved]:

@@ -21,31 +21,31 @@ from folding_server.store.views import RunView
 _Answer = Annotated[CallToolResult, ActionResult]
 
 
-@tool("Add a vertex", ADDS, icons.ACTION_ICON, within="paper")
+@tool("Add a vertex", ADDS, icons.ACTION_ICON, within="paper", brief=True)
 def add_vertex(ctx: ToolContext, edge: VertexIds, position: Fraction, run_id: RunId = None) -> _Answer:
     """Subdivide an edge."""
     return _act(ctx, run_id, actions.AddVertex(edge=edge, position=position))
 
 
-@tool("Fold", ADDS, icons.ACTION_ICON, within="paper")
+@tool("Fold", ADDS, icons.ACTION_ICON, within="paper", brief=True)
 def fold(ctx: ToolContext, edge: VertexIds, direction: Side, run_id: RunId = None) -> _Answer:
     """Fold along the line through two vertices."""
     return _act(ctx, run_id, actions.Fold(edge=edge, direction=direction))
 
 
-@tool("Unfold", ADDS, icons.ACTION_ICON, within="paper")
+@tool("Unfold", ADDS, icons.ACTION_ICON, within="paper", brief=True)
 def unfold(ctx: ToolContext, edge: Crease = None, run_id: RunId = None) -> _Answer:
     """Open a fold again."""
     return _act(ctx, run_id, actions.Unfold(edge=edge))
 
 
-@tool("Rotate the model", ADDS, icons.ACTION_ICON, within="paper")
+@tool("Rotate the model", ADDS, icons.ACTION_ICON, within="paper", brief=True)
 def rotate(ctx: ToolContext, angle: Degrees, run_id: RunId = None) -> _Answer:
     """Turn the model in the plane."""
     return _act(ctx, run_id, actions.Rotate(angle=angle))
 
 
-@tool("Turn the model over", ADDS, icons.ACTION_ICON, within="paper")
+@tool("Turn the model over", ADDS, icons.ACTION_ICON, within="paper", brief=True)
 def flip(ctx: ToolContext, axis: Axis, run_id: RunId = None) -> _Answer:
     """Turn the model over."""
     return _act(ctx, run_id, actions.Flip(axis=axis))

@@ -68,7 +68,7 @@ def sequence_list(app: AppContext) -> SequenceList:
     return SequenceList(sequences=infos, problems=app.library.problems())
 
 
-@tool("Open a run", ADDS, icons.RUN_ICON, within="paper")
+@tool("Open a run", ADDS, icons.RUN_ICON, within="paper", brief=True)
 def open_run(
     ctx: ToolContext,
     sequence: OptionalSequence = None,
@@ -113,7 +113,7 @@ def _runs_in_words(found: RunList, before: str | None, *, shared: bool) -> str:
     return "\n".join([*lines, *older])
 
 
-@tool("Show a run", LOOKS, icons.RUN_ICON, within="paper")
+@tool("Show a run", LOOKS, icons.RUN_ICON, within="paper", brief=True)
 def get_run(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, RunInfo]:
     """Show where a run stands."""
     run = app_context(ctx).run(run_id)

@@ -44,7 +44,7 @@ def observe_movement(
     return picture_result(f"{strip.caption}.", view, [shown], images)
 
 
-@tool("Read the current state", LOOKS, icons.PHOTO_ICON, within="paper")
+@tool("Read the current state", LOOKS, icons.PHOTO_ICON, within="paper", brief=True)
 def get_current_state(ctx: ToolContext, run_id: RunId = None) -> Annotated[CallToolResult, StateView]:
     """Give the current state as numbers."""
     app = app_context(ctx)
