@@ -13,7 +13,7 @@ BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
 
-SURELY_WRONG = 0.95
+ELSEWHERE_BELOW = 0.95
 """Agreement below which a camera that stands shows another paper, or this one elsewhere."""
 
 
@@ -37,7 +37,7 @@ def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> 
     """
     seen = observer.frame(frame)
     first = PhotoComparison(compare(paper, seen), seen, observer)
-    enough = SURELY_WRONG if observer.stands(frame) else 1.0
+    enough = ELSEWHERE_BELOW if observer.stands(frame) else 1.0
     if frame == 1 or first.match.verdict == "MATCH" or first.match.agreement > enough:
         return first
     other = _under_own_camera(paper, observer, frame)
