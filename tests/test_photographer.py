@@ -277,6 +277,23 @@ def test_folders_that_are_not_ours_are_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "theirs" / "keyframes.json").read_text() == "{}"
 
 
+@pytest.mark.parametrize("name", ["notes.txt", "frames/holiday.jpg"])
+def test_a_folder_with_files_of_others_is_refused_and_stays_as_it_is(tmp_path: Path, name: str) -> None:
+    photograph(HALF.model_copy(update={"steps": ()}), tmp_path, 1, size=SIZE)
+    (tmp_path / name).write_text("mine")
+    before = files(tmp_path)
+    with pytest.raises(PhotoError, match=rf"holds {name}, .*give a new or empty folder"):
+        photograph(HALF, tmp_path, 1, size=SIZE)
+    assert files(tmp_path) == before
+
+
+def test_a_folder_of_other_things_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    (tmp_path / "frames").mkdir()
+    with pytest.raises(PhotoError, match="holds frames, .*give a new or empty folder"):
+        photograph(HALF, tmp_path, 1, size=SIZE)
+    assert not any((tmp_path / "frames").iterdir())
+
+
 def test_imprecise_folds_move_the_same_side_where_an_upright_line_leans() -> None:
     upright = (AddVertex(edge=(1, 2), position=0.5), AddVertex(edge=(3, 4), position=0.5))
     book = Program(name="book", steps=((*upright, Fold(edge=(5, 6), direction=-1)),))

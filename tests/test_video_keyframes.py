@@ -14,7 +14,21 @@ from folding_server.frames.sequences import Library, load_sequence
 from paths import EXAMPLES
 from PIL import Image
 from reference import reference_files
-from videos import HOUSE, KITE, SQUARE, TAB, TRIANGLE, Camera, Clip, Hold, Rest, Work, encode, write_clip
+from videos import (
+    HOUSE,
+    KITE,
+    SQUARE,
+    TAB,
+    TRIANGLE,
+    Camera,
+    Clip,
+    Hold,
+    Rest,
+    Sway,
+    Work,
+    encode,
+    write_clip,
+)
 
 FOLDS = (
     Rest(SQUARE),
@@ -95,6 +109,36 @@ def test_where_hands_never_leave_no_state_is_lost(tmp_path: Path) -> None:
     shots = [Hold(state, at, 1.5) for state, at in zip(states, places, strict=True)]
     clip = write_clip(tmp_path / "clip.mp4", shots)
     assert shots_of(clip, propose_keyframes(clip.path)) == [0, 1, 2, 3]
+
+
+def test_where_nothing_ever_rests_the_stillest_moments_are_taken_and_marked(tmp_path: Path) -> None:
+    states = (SQUARE, TRIANGLE, HOUSE)
+    clip = write_clip(tmp_path / "clip.mp4", [Sway(state) for state in states], Camera(rate=15))
+    report = keyframes_command(clip.path, tmp_path / "out")
+    assert shots_of(clip, list(report.keyframes)) == [0, 1, 2]
+    middles = [(shot.start + shot.stop) / 2 for shot in clip.shots]
+    assert np.abs(np.subtract(report.keyframes, middles)).max() <= 8
+    assert report.moving == report.keyframes
+    told = json.loads((tmp_path / "out" / "keyframes.json").read_text())
+    assert told["moving"] == list(report.keyframes)
+
+
+def test_a_film_that_rests_has_no_moving_keyframes(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.mp4", [Rest(SQUARE), Work(SQUARE, TRIANGLE), Rest(TRIANGLE)])
+    assert keyframes_command(clip.path, tmp_path / "out").moving == ()
+    assert "moving" not in json.loads((tmp_path / "out" / "keyframes.json").read_text())
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 60.0, float("nan")])
+def test_a_shortest_rest_that_cannot_be_looked_for_is_refused(tmp_path: Path, seconds: float) -> None:
+    with pytest.raises(PhotoError, match=r"cannot be looked for: give 0\.1 to 10"):
+        propose_keyframes(tmp_path / "clip.mp4", seconds)
+
+
+def test_a_manifest_whose_moving_image_is_no_keyframe_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "keyframes.json").write_text('{"keyframes": [1, 2], "moving": [3]}')
+    with pytest.raises(PhotoError, match="'moving' lists 3, which is no keyframe"):
+        load_sequence(tmp_path)
 
 
 @pytest.mark.slow

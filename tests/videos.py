@@ -51,7 +51,15 @@ class Work:
     seconds: float = 1.6
 
 
-Shot = Rest | Hold | Work
+@dataclass(frozen=True)
+class Sway:
+    """A hand moves about over the paper all the time, and least in the middle of the shot."""
+
+    state: State
+    seconds: float = 2.0
+
+
+Shot = Rest | Hold | Work | Sway
 
 
 @dataclass(frozen=True)
@@ -132,6 +140,9 @@ def _what(shot: Shot, part: float) -> tuple[State, tuple[float, float] | None]:
         return shot.state, None
     if isinstance(shot, Hold):
         return shot.state, shot.at
+    if isinstance(shot, Sway):
+        far = 0.25 * abs(2 * part - 1)
+        return shot.state, (0.8 + far * np.sin(40 * part), 0.72 + (0.02 + far) * np.cos(40 * part))
     reach = min(1.0, 3 * min(part, 1 - part))
     sway = 0.06 * np.sin(20 * part)
     hand = (1.25 - 0.65 * reach, 0.75 - 0.2 * reach + sway)

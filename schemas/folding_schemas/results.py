@@ -36,18 +36,23 @@ class SequenceList(Wire):
 
 
 class AddedKeyframe(Wire):
-    """A keyframe of an added sequence: its frame, from 1; the number of its image, and its time in a film."""
+    """A keyframe of an added sequence: its frame, from 1; the number of its image, and its time in a film.
+
+    ``moving`` says that something moves in it: where nothing rests, the stillest moments are taken.
+    """
 
     frame: int
     image: int
     seconds: float | None
+    moving: bool = False
 
 
 class SequenceAdded(Wire):
     """Answer of ``add_sequence``.
 
     ``frames`` counts the keyframes, ``images`` all images of the film, or the photos. A sequence is ``unchanged`` where it
-    was there like this already. Images of a film are numbered from 0, photos from 1.
+    was there like this already. Images of a film are numbered from 0, photos from 1. ``warnings`` has a sentence for each thing
+    that speaks against the photos.
     """
 
     name: str
@@ -57,6 +62,7 @@ class SequenceAdded(Wire):
     keyframes: list[AddedKeyframe]
     front_color: str | None
     back_color: str | None
+    warnings: list[str] = []
 
 
 class SequenceRemoved(Wire):
@@ -294,7 +300,9 @@ class Comparison(Wire):
     of the silhouettes, ``outline_worst`` its 95 % quantile, in sheet units. ``lines`` says how well the state
     explains the creases and layer edges that the photo shows inside the paper: 1 all, 0 none seen or no better
     than chance, below 0 worse. ``confidence`` says how clearly the photo shows what is paper and which side of it.
-    ``outlines`` is the paper that it shows, largest piece first, where frame 1's sheet is the unit square. The last four are None in answers recorded before they were measured.
+    ``outlines`` is the paper that it shows, largest piece first, where frame 1's sheet is the unit square. ``warnings`` has a
+    sentence for each thing that speaks against the photos; where it is one that spoils the comparison, nothing is a MATCH.
+    The last four but ``warnings`` are None in answers recorded before they were measured.
     """
 
     frame: int
@@ -308,6 +316,7 @@ class Comparison(Wire):
     lines: float | None = Field(default=None, ge=-1, le=1)
     confidence: float | None = Field(default=None, ge=0, le=1)
     outlines: list[SeenOutline] | None = None
+    warnings: list[str] = []
 
 
 class Proposal(Wire):
@@ -328,12 +337,16 @@ class Proposal(Wire):
 class Proposals(Wire):
     """Answer of ``propose_actions``, best first. ``confident`` says that the best stands clear of the rest, ``confidence`` how likely
     it is, from 0 to 1, that the best leads to the state that the photo shows.
+
+    ``warnings`` has a sentence for each thing that speaks against the photos; where it is one that spoils what is seen, nothing
+    is ``confident``.
     """
 
     frame: int
     proposals: list[Proposal]
     confident: bool
     confidence: float | None = Field(default=None, ge=0, le=1)
+    warnings: list[str] = []
 
 
 class LocalViolation(Wire):

@@ -263,19 +263,29 @@ def photograph(
 @app.command()
 def keyframes(
     video: Annotated[
-        Path, typer.Argument(metavar="VIDEO", parser=typed_path, help="A video of one sheet being folded.")
+        Path,
+        typer.Argument(
+            metavar="VIDEO", parser=typed_path, help="A video or animated picture of one sheet being folded."
+        ),
     ],
     out: OutFolder,
+    still: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="The shortest rest of a keyframe; left out, 0.4."),
+    ] = None,
     front_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's front.")] = None,
     back_color: Annotated[str | None, typer.Option(metavar="COLOR", help="Of the paper's back.")] = None,
     as_json: Json = False,
 ) -> None:
     """Propose the keyframes of a video and write them as a sequence."""
+    from folding_server.frames.keyframes import STILL_SECONDS
     from folding_server.frames.sequence_folder import DeclaredSheet
     from folding_server.frames.sequence_writer import keyframes_command
 
     told = DeclaredSheet(front_color=front_color, back_color=back_color)
-    report = keyframes_command(video, out, paper=told, progress=ProgressLine("watching").tell)
+    seconds = STILL_SECONDS if still is None else still
+    tell = ProgressLine("watching").tell
+    report = keyframes_command(video, out, still_seconds=seconds, paper=told, progress=tell)
     if as_json:
         _print_json(
             {
@@ -283,10 +293,16 @@ def keyframes(
                 "keyframes": list(report.keyframes),
                 "seconds": [round(second, 3) for second in report.seconds],
                 "contact_sheet": str(report.contact_sheet),
+                "moving": list(report.moving),
             }
         )
     else:
         typer.echo(f"wrote {len(report.keyframes)} keyframes to {report.folder}")
+        if report.moving:
+            typer.echo(
+                f"nothing rests for {seconds:g} seconds: these are the stillest moments, look at each",
+                err=True,
+            )
         typer.echo(f"look them over in {report.contact_sheet}")
 
 

@@ -92,7 +92,8 @@ class AddedSequences:
         images = f"frames-{made.name}"
         paper = DeclaredSheet(check_name(name), manifest.front_color, manifest.back_color)
         (made / "frames").rename(made / images)
-        (made / FILE_NAME).write_text(manifest_text(manifest.indices, paper, images), encoding="utf-8")
+        text = manifest_text(manifest.indices, paper, images, manifest.moving)
+        (made / FILE_NAME).write_text(text, encoding="utf-8")
         (made / SOURCE_NAME).write_text(json.dumps({"source": source, "title": title}), encoding="utf-8")
         place = self._place(name)
         if place.is_dir():

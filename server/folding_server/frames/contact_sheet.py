@@ -18,17 +18,18 @@ def contact_sheet(
     shown: Sequence[int],
     label: Callable[[int], str],
     max_side: int = MAX_SIDE,
+    moving: Sequence[int] = (),
 ) -> RgbImage:
     """The images ``shown`` of the folder ``images``, ``000012.jpg`` and so on; those that are keyframes are framed in red.
 
-    ``label`` tells what stands over an image. No side of the picture is longer than ``max_side`` pixels.
+    ``label`` tells what stands over an image; "moving" is said besides of keyframes at which something moves. No side of the picture is longer than ``max_side`` pixels.
     """
     numbers = {index: frame for frame, index in enumerate(keyframes, start=1)}
     tiles = []
     for index in shown:
         caption = label(index)
         if index in numbers:
-            caption = f"frame {numbers[index]}: {caption}"
+            caption = f"frame {numbers[index]}: {caption}{' moving' if index in moving else ''}"
         image = decode(images / f"{index:06d}.jpg", _TILE_SIDE)
         tiles.append(Tile(image, caption, marked=index in numbers))
     return wrapped(tiles, max_side)

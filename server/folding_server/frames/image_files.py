@@ -34,6 +34,7 @@ READ_FORMATS = "JPEG, PNG, HEIC, WebP, AVIF, TIFF or BMP"
 """What is read, in words."""
 _HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 """The brands by which a HEIC file says what it is, after its first box."""
+_HEAD_BYTES = 16
 _BROKEN = (
     OSError,
     SyntaxError,
@@ -88,6 +89,19 @@ def decode_bytes(data: bytes, called: str, longest: int | None = None) -> RgbIma
         raise PhotoError(f"{called} unpacks to far more than its size and was refused") from error
     shrunk = upright if longest is None else _shrink(upright, longest)
     return np.asarray(shrunk, dtype=np.uint8)
+
+
+def photo_format(path: Path) -> str | None:
+    """What format a file's photo is of, by its first bytes, such as JPEG; None if it is none that is read, or of several images."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+    if _is_heif(head):
+        return "HEIC"
+    try:
+        with Image.open(path, formats=(*PHOTO_FORMATS, "GIF")) as image:
+            return image.format if getattr(image, "n_frames", 1) == 1 else None
+    except (*_BROKEN, Image.DecompressionBombError):
+        return None
 
 
 def scale_to(rgb: RgbImage, longest: int) -> RgbImage:

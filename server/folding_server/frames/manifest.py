@@ -67,7 +67,10 @@ FileName = Annotated[str, Field(min_length=1, max_length=255), AfterValidator(_f
 
 
 class Manifest(BaseModel):
-    """The contents of `keyframes.json`. Keyframes are indices of images, strictly increasing, or names of files in order."""
+    """The contents of `keyframes.json`. Keyframes are indices of images, strictly increasing, or names of files in order.
+
+    `moving` lists those keyframes of a film at which something still moves, since nothing rests there.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -77,6 +80,7 @@ class Manifest(BaseModel):
     front_color: Color | None = None
     back_color: Color | None = None
     keyframes: Annotated[tuple[Index, ...] | tuple[FileName, ...], Field(min_length=1, max_length=10_000)]
+    moving: Annotated[tuple[Index, ...], Field(max_length=10_000)] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,6 +100,8 @@ class Manifest(BaseModel):
             raise ValueError("keyframes of a video are numbers of its images, not names of files")
         if len(set(self.names)) < len(self.names):
             raise ValueError("a file is named twice among the keyframes")
+        if strange := sorted(set(self.moving) - set(self.keyframes)):
+            raise ValueError(f"'moving' lists {strange[0]}, which is no keyframe")
         for before, after in zip(self.indices, self.indices[1:], strict=False):
             if after <= before:
                 raise ValueError(f"keyframes must increase, but {after} comes after {before}")
@@ -135,7 +141,7 @@ def _json(path: Path) -> object:
         ) from error
 
 
-_KEYS = "name, frames, video, front_color, back_color, keyframes"
+_KEYS = "name, frames, video, front_color, back_color, keyframes, moving"
 _SENTENCES = {
     "extra_forbidden": f"the key {{where!r}} is not known; known are {_KEYS}",
     "missing": "the key {where!r} is missing; write the indices of the keyframes, such as [4, 10, 15]",

@@ -1,7 +1,7 @@
 """The long part of adding a sequence: finding the keyframes of a film, and writing the folder; paths in, numbers out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from folding_server.errors import PhotoError
@@ -30,12 +30,15 @@ class SequenceMaterial:
 
 @dataclass(frozen=True)
 class BuiltSequence:
-    """What was written: keyframes by index, with their seconds in a film; how many images there were; labels of those written."""
+    """What was written: keyframes by index, with their seconds in a film, and at which of them something is ``moving``; how many
+    images there were; labels of those written.
+    """
 
     keyframes: tuple[int, ...]
     seconds: tuple[float, ...] | None
     images: int
     labels: dict[int, str]
+    moving: tuple[int, ...] = ()
 
 
 def build_sequence(
@@ -44,34 +47,54 @@ def build_sequence(
     paper: DeclaredSheet,
     folder: Path,
     progress: PartDone,
+    still_seconds: float | None = None,
 ) -> BuiltSequence:
     """Write a sequence into an empty folder; its keyframes are those given, else proposed for a film, all of the photos.
 
-    ``progress`` may raise, which ends the work. PhotoError if a file cannot be read or a keyframe is not there, OSError if
+    ``still_seconds`` is the shortest rest of a keyframe that is proposed. ``progress`` may raise, which ends the work. PhotoError if a file cannot be read or a keyframe is not there, OSError if
     the folder cannot be written.
     """
     if not material.film:
         photos = NamedPhotos(material.files, material.called)
         numbers = range(1, len(material.files) + 1)
         return _built(photos, numbers, tuple(keyframes or numbers), paper, folder, progress)
-    from folding_server.frames.keyframes import propose_keyframes  # noqa: PLC0415  (loads the video library)
-    from folding_server.frames.video import open_video  # noqa: PLC0415
+    return _built_of_film(material, keyframes, paper, folder, progress, still_seconds)
+
+
+def _built_of_film(
+    material: SequenceMaterial,
+    keyframes: Sequence[int] | None,
+    paper: DeclaredSheet,
+    folder: Path,
+    progress: PartDone,
+    still_seconds: float | None,
+) -> BuiltSequence:
+    from folding_server.frames.films import open_film  # noqa: PLC0415  (may load the video library)
+    from folding_server.frames.keyframes import (  # noqa: PLC0415
+        STILL_SECONDS,
+        KeyframeProposal,
+        keyframe_proposal,
+    )
 
     path, name = material.files[0], material.called[0]
     try:
-        film = open_video(path)
-        given = keyframes or propose_keyframes(path, progress=lambda part: progress(_SEARCHED * part))
+        film = open_film(path)
+        found = (
+            KeyframeProposal(tuple(keyframes))
+            if keyframes
+            else keyframe_proposal(
+                path, still_seconds or STILL_SECONDS, lambda part: progress(_SEARCHED * part)
+            )
+        )
         start = 0.0 if keyframes else _SEARCHED
 
         def rest(part: float) -> None:
             progress(start + (1 - start) * part)
 
-        built = _built(film, film.indices(), tuple(given), paper, folder, rest)
+        built = _built(film, film.indices(), found.indices, paper, folder, rest, found.moving)
     except PhotoError as error:
         raise PhotoError(str(error).replace(path.name, name)) from error
-    return BuiltSequence(
-        built.keyframes, tuple(film.times[index] for index in built.keyframes), built.images, built.labels
-    )
+    return replace(built, seconds=tuple(film.times[index] for index in built.keyframes))
 
 
 def _around(indices: Sequence[int], keyframes: Sequence[int]) -> list[int]:
@@ -88,6 +111,7 @@ def _built(
     paper: DeclaredSheet,
     folder: Path,
     progress: PartDone,
+    moving: tuple[int, ...] = (),
 ) -> BuiltSequence:
     if len(keyframes) > MOST_KEYFRAMES:
         raise PhotoError(
@@ -96,5 +120,8 @@ def _built(
         )
     require_images(images, keyframes)
     around = _around(indices, keyframes)
-    written = fill_folder(folder, images, keyframes, around=around, paper=paper, progress=progress)
-    return BuiltSequence(keyframes, None, len(indices), {index: images.label(index) for index in written})
+    written = fill_folder(
+        folder, images, keyframes, around=around, moving=moving, paper=paper, progress=progress
+    )
+    labels = {index: images.label(index) for index in written}
+    return BuiltSequence(keyframes, None, len(indices), labels, moving)

@@ -42,18 +42,19 @@ def fill_folder(
     *,
     between: int = MAX_STRIP_IMAGES,
     around: Sequence[int] = (),
+    moving: Sequence[int] = (),
     paper: DeclaredSheet = NOTHING_DECLARED,
     progress: PartDone | None = None,
 ) -> list[int]:
     """Write into an empty folder everything that a sequence holds, and read it back as a sequence to be sure of it.
 
-    Images ``around`` come before the first keyframe or after the last; they are for the contact sheet alone. The indices of
+    Keyframes of which something is ``moving`` are told as such. Images ``around`` come before the first keyframe or after the last; they are for the contact sheet alone. The indices of
     all images written. Raises PhotoError for an image that cannot be read, OSError where the folder
     cannot be written; it is then the caller's to remove.
     """
     frames = folder / "frames"
     frames.mkdir()
-    (folder / FILE_NAME).write_text(manifest_text(indices, paper), encoding="utf-8")
+    (folder / FILE_NAME).write_text(manifest_text(indices, paper, moving=moving), encoding="utf-8")
     wanted = sorted({*_with_between(indices, between), *around})
     for count, moment in enumerate(images.read_each(wanted), start=1):
         (frames / f"{moment.index:06d}.jpg").write_bytes(encode_jpeg(moment.image, _QUALITY).data)
@@ -61,19 +62,22 @@ def fill_folder(
             progress(count / len(wanted))
     load_sequence(folder)
     shown = fewer_images(indices, wanted, _SHEET_TILES)
-    sheet = contact_sheet(frames, indices, shown, images.label)
+    sheet = contact_sheet(frames, indices, shown, images.label, moving=moving)
     (folder / CONTACT_SHEET).write_bytes(encode_png(sheet).data)
     return wanted
 
 
-def manifest_text(indices: Sequence[int], paper: DeclaredSheet, frames: str = "frames") -> str:
-    """The text of a manifest whose images lie in the folder ``frames``."""
+def manifest_text(
+    indices: Sequence[int], paper: DeclaredSheet, frames: str = "frames", moving: Sequence[int] = ()
+) -> str:
+    """The text of a manifest whose images lie in the folder ``frames``; at those ``moving`` something moves."""
     content = {
         "name": paper.name,
         "frames": frames,
         "front_color": paper.front_color,
         "back_color": paper.back_color,
         "keyframes": list(indices),
+        "moving": list(moving) or None,
     }
     told = {key: value for key, value in content.items() if value is not None}
     return json.dumps(told, indent=1, ensure_ascii=False) + "\n"

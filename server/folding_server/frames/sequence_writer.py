@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from folding_server.errors import PhotoError
+from folding_server.frames.films import open_film
 from folding_server.frames.filmstrip import MAX_STRIP_IMAGES
 from folding_server.frames.image_supply import ImageSupply
-from folding_server.frames.keyframes import STILL_SECONDS, VideoProgress, propose_keyframes
+from folding_server.frames.keyframes import STILL_SECONDS, VideoProgress, keyframe_proposal
 from folding_server.frames.sequence_folder import (
     CONTACT_SHEET,
     NOTHING_DECLARED,
@@ -19,17 +20,19 @@ from folding_server.frames.sequence_folder import (
     require_colors,
     require_images,
 )
-from folding_server.frames.video import open_video
 
 
 @dataclass(frozen=True)
 class KeyframesReport:
-    """What was written: the sequence folder, its keyframes by index and second, and the contact sheet."""
+    """What was written: the sequence folder, its keyframes by index and second, those of them at which something is ``moving``,
+    and the contact sheet.
+    """
 
     folder: Path
     keyframes: tuple[int, ...]
     seconds: tuple[float, ...]
     contact_sheet: Path
+    moving: tuple[int, ...] = ()
 
 
 def keyframes_command(
@@ -48,8 +51,10 @@ def keyframes_command(
     """
     _require_free(out)
     require_colors(paper)
-    chosen = list(indices) if indices is not None else propose_keyframes(video, still_seconds, progress)
-    return write_sequence(video, out, chosen, paper=paper)
+    if indices is not None:
+        return write_sequence(video, out, indices, paper=paper)
+    found = keyframe_proposal(video, still_seconds, progress)
+    return write_sequence(video, out, found.indices, moving=found.moving, paper=paper)
 
 
 def write_sequence(
@@ -58,9 +63,11 @@ def write_sequence(
     indices: Sequence[int],
     *,
     between: int = MAX_STRIP_IMAGES,
+    moving: Sequence[int] = (),
     paper: DeclaredSheet = NOTHING_DECLARED,
 ) -> KeyframesReport:
-    """Write `folder` as a sequence whose keyframes are the images `indices` of `video`, increasing.
+    """Write `folder` as a sequence whose keyframes are the images `indices` of `video`, increasing; at those
+    `moving` something moves.
 
     Between two keyframes up to `between` evenly spaced images are written too. The folder appears complete or
     not at all. Raises PhotoError for wrong indices, wrong colours, or a folder that cannot be written or holds
@@ -68,25 +75,30 @@ def write_sequence(
     """
     _require_free(folder)
     require_colors(paper)
-    clip = open_video(video)
+    clip = open_film(video)
     require_images(clip, indices)
     told = replace(paper, name=paper.name or video.stem)
     try:
-        _make(folder, clip, indices, between, told)
+        _make(folder, clip, indices, between, moving, told)
     except OSError as error:
         raise PhotoError(f"{folder} cannot be written ({error.strerror}): name another folder") from error
     seconds = tuple(clip.times[index] for index in indices)
-    return KeyframesReport(folder, tuple(indices), seconds, folder / CONTACT_SHEET)
+    return KeyframesReport(folder, tuple(indices), seconds, folder / CONTACT_SHEET, tuple(moving))
 
 
 def _make(
-    folder: Path, clip: ImageSupply, indices: Sequence[int], between: int, paper: DeclaredSheet
+    folder: Path,
+    clip: ImageSupply,
+    indices: Sequence[int],
+    between: int,
+    moving: Sequence[int],
+    paper: DeclaredSheet,
 ) -> None:
     """Write the folder beside its place and put it there."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     making = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     try:
-        fill_folder(making, clip, indices, between=between, paper=paper)
+        fill_folder(making, clip, indices, between=between, moving=moving, paper=paper)
         _settle(making, folder)
     finally:
         shutil.rmtree(making, ignore_errors=True)

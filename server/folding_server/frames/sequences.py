@@ -278,10 +278,10 @@ def _source(manifest: Manifest, folder: Path) -> FrameSource:
     if manifest.video is None:
         place = folder / (manifest.frames or "frames")
         return named_images(place, folder, manifest.names) if manifest.names else image_folder(place, folder)
-    from folding_server.frames.video import open_video  # noqa: PLC0415  (loads the video library)
+    from folding_server.frames.films import open_film  # noqa: PLC0415  (may load the video library)
 
     require_inside(folder / manifest.video, folder)
-    return open_video(folder / manifest.video)
+    return open_film(folder / manifest.video)
 
 
 def _file_digest(path: Path) -> bytes:

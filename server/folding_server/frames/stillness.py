@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from folding_server.arrays import Float32s
+from folding_server.frames.film_image import VideoImage
 from folding_server.frames.image_differences import (
     SmallImage,
     border_ring,
@@ -13,7 +14,6 @@ from folding_server.frames.image_differences import (
     soften,
     solid_area,
 )
-from folding_server.frames.video import VideoImage
 
 MOVING_PART = 0.0012
 """The part of the picture that must change for something to be moving."""

@@ -5,6 +5,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from math import cos, radians, sin
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
+from folding_server.frames.film_image import VideoImage, image_label, require_in_film
 from folding_server.frames.image_files import MAX_PIXELS, MIN_SIDE
 from folding_server.frames.sources import file_stamp
 
@@ -33,16 +35,9 @@ FORMATS = (
 _NO_VIDEO = "it is cut off or not a video; copy it again, or name another file"
 _CUT_SECONDS = 1.0
 _CUT_PART = 0.05
+_FIXED = 1 << 16
+"""1 in the fixed-point numbers of a display matrix."""
 _ATTACHED = av.stream.Disposition.attached_pic
-
-
-@dataclass(frozen=True)
-class VideoImage:
-    """One image of a video: its index, its time in seconds from the first image, its pixels."""
-
-    index: int
-    seconds: float
-    image: RgbImage
 
 
 @dataclass(frozen=True)
@@ -99,19 +94,10 @@ class Video:
 
     def label(self, index: int) -> str:
         """The index and its time, as ``120  0:04.0``."""
-        return f"{index}  {clock(self.times[index])}"
+        return image_label(index, self.times[index])
 
     def _check(self, index: int) -> None:
-        if not 0 <= index < len(self.times):
-            raise PhotoError(
-                f"image {index} is not in {self.path.name}, whose images are 0..{len(self.times) - 1}"
-            )
-
-
-def clock(seconds: float) -> str:
-    """A time in a film, as ``0:04.0``: minutes, seconds and tenths."""
-    tenths = round(10 * seconds)
-    return f"{tenths // 600}:{tenths % 600 / 10:04.1f}"
+        require_in_film(index, len(self.times), self.path.name)
 
 
 def open_video(path: Path) -> Video:
@@ -269,9 +255,24 @@ def _pixels(frame: av.VideoFrame, longest: int | None) -> RgbImage:
     factor = min(1.0, (longest or max(frame.width, frame.height)) / max(frame.width, frame.height))
     size = max(1, round(frame.width * factor)), max(1, round(frame.height * factor))
     pixels = frame.to_ndarray(format="rgb24", width=size[0], height=size[1], interpolation="AREA")
-    matrix = frame.side_data.get("DISPLAYMATRIX")
+    matrix = _display_matrix(frame)
     rgb = np.asarray(pixels, dtype=np.uint8)
-    return _turned(rgb, np.frombuffer(bytes(matrix), np.int32)) if isinstance(matrix, SideData) else rgb
+    return rgb if matrix is None else _turned(rgb, matrix)
+
+
+def _display_matrix(frame: av.VideoFrame) -> NDArray[np.int32] | None:
+    """The display matrix of a frame; None if it has none.
+
+    PyAV refuses to list side data of which one kind is newer than itself, such as the EXIF data that FFmpeg 8 attaches. The
+    turn is then all that it tells: a frame that is mirrored besides, which no camera writes, is shown mirrored.
+    """
+    try:
+        matrix = frame.side_data.get("DISPLAYMATRIX")
+    except ValueError:
+        angle = radians(frame.rotation)
+        c, s = round(_FIXED * cos(angle)), round(_FIXED * sin(angle))
+        return np.array([c, -s, 0, s, c, 0, 0, 0, 1 << 30], np.int32)
+    return np.frombuffer(bytes(matrix), np.int32) if isinstance(matrix, SideData) else None
 
 
 def _turned(pixels: RgbImage, matrix: NDArray[np.int32]) -> RgbImage:

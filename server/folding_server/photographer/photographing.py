@@ -5,7 +5,6 @@ The folder gets ``keyframes.json`` and ``frames/000001.jpg`` ... as any sequence
 """
 
 import json
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from folding_server.photographer.hand_model import PlacedHand
 from folding_server.photographer.imprecision import imprecise
 from folding_server.photographer.levels import level_named
 from folding_server.photographer.moments import Moment, checked_between
+from folding_server.photographer.out_folder import require_usable
 from folding_server.photographer.photo_rendering import render_photo
 from folding_server.photographer.rng import stream
 from folding_server.photographer.sensor import jpeg, png
@@ -58,6 +58,7 @@ def photograph(
     cannot be folded.
     """
     ranges = level_named(level)
+    require_usable(folder)
     program = imprecise(program, _checked_seed(seed), ranges)
     session = prepare(program, seed, ranges, _checked_size(size), checked_between(between))
     frames = _cleared(folder)
@@ -115,19 +116,14 @@ def _write_mask(folder: Path, index: int, hidden: ByteMask) -> str:
 
 
 def _cleared(folder: Path) -> Path:
-    """The frames folder, without photos of an earlier run. PhotoError if the folder holds something else."""
-    if folder.exists() and not folder.is_dir():
-        raise PhotoError(f"{folder} is a file; give a folder to write the sequence into.")
-    if (folder / "keyframes.json").exists() and not (folder / "truth.json").exists():
-        raise PhotoError(f"{folder} holds a sequence that was not made here; give another folder.")
+    """The frames folder, without photos of an earlier run. PhotoError if it cannot be written."""
     frames = folder / "frames"
     try:
         frames.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PhotoError(f"{folder} cannot be written ({error.strerror}); give another folder.") from error
     for old in (*frames.iterdir(), *(folder / "masks").glob("*")):
-        if re.fullmatch(r"\d{6}\.(jpg|png)", old.name):
-            old.unlink()
+        old.unlink()
     return frames
 
 

@@ -35,6 +35,7 @@ class SequenceWish:
     keyframes: tuple[int, ...] | None = None
     front_color: str | None = None
     back_color: str | None = None
+    still_seconds: float | None = None
 
 
 @dataclass(frozen=True)
@@ -73,11 +74,14 @@ async def add_to_library(app: "AppContext", wish: SequenceWish, make: Making, *,
 def _planned(app: "AppContext", wish: SequenceWish, shown: bool) -> _Planned:
     """What is to be made, once everything that the caller said can be."""
     from folding_server.frames.added_sequences import source_digest  # noqa: PLC0415  (loads numpy and Pillow)
+    from folding_server.frames.keyframes import check_still_seconds  # noqa: PLC0415
     from folding_server.frames.manifest import check_name  # noqa: PLC0415
     from folding_server.frames.sequence_folder import require_colors  # noqa: PLC0415
 
     if wish.name is not None:
         check_name(wish.name)
+    if wish.still_seconds is not None:
+        check_still_seconds(wish.still_seconds)
     material = material_at(wish.paths, app.allowed_folders())
     added = app.added_sequences()
     _check_room(app, added)
@@ -89,9 +93,8 @@ def _planned(app: "AppContext", wish: SequenceWish, shown: bool) -> _Planned:
     title = wish.name or (before.title if before else title_of(wish.paths))
     if wish.name is not None:
         _check_free(app, added, wish.name, source)
-    return _Planned(
-        added, source, title, SequenceWork(material, wish.keyframes, replace(paper, name=title), shown)
-    )
+    work = SequenceWork(material, wish.keyframes, replace(paper, name=title), shown, wish.still_seconds)
+    return _Planned(added, source, title, work)
 
 
 @asynccontextmanager

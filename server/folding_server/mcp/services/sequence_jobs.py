@@ -27,21 +27,23 @@ LOOKING_THROUGH = "looking through the images"
 class SequenceWork:
     """What a sequence is made of, with which keyframes, if they are given; ``sheet`` says its name and colours.
 
-    The contact sheet is drawn where it is ``shown``.
+    The contact sheet is drawn where it is ``shown``. ``still_seconds`` is the shortest rest of a keyframe, if that is given.
     """
 
     material: "SequenceMaterial"
     keyframes: tuple[int, ...] | None
     sheet: "DeclaredSheet"
     shown: bool
+    still_seconds: float | None = None
 
 
 @dataclass(frozen=True)
 class MadeSequence:
-    """What was written, and its contact sheet if that is shown."""
+    """What was written, its contact sheet if that is shown, and sentences about what speaks against its photos."""
 
     built: "BuiltSequence"
     contact_sheet: "EncodedImage | None"
+    warnings: tuple[str, ...] = ()
 
 
 def make_sequence(announce: "Announce", work: SequenceWork, folder: Path) -> MadeSequence:
@@ -57,7 +59,9 @@ def make_sequence(announce: "Announce", work: SequenceWork, folder: Path) -> Mad
             announce(LOOKING_THROUGH, part)
 
     with writing_sequences():
-        built = build_sequence(work.material, work.keyframes, work.sheet, folder, progress)
+        built = build_sequence(
+            work.material, work.keyframes, work.sheet, folder, progress, work.still_seconds
+        )
         return MadeSequence(built, _contact_sheet(built, folder / "frames") if work.shown else None)
 
 
@@ -79,5 +83,5 @@ def _contact_sheet(built: "BuiltSequence", images: Path) -> "EncodedImage":
     from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
 
     shown = fewer_images(built.keyframes, list(built.labels), MOST_TILES)
-    sheet = contact_sheet(images, built.keyframes, shown, built.labels.__getitem__, SHEET_SIDE)
+    sheet = contact_sheet(images, built.keyframes, shown, built.labels.__getitem__, SHEET_SIDE, built.moving)
     return encode_for_model(sheet, SHEET_SIDE)

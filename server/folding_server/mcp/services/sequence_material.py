@@ -16,6 +16,7 @@ _LONGEST_TITLE = 100
 
 def material_at(paths: Sequence[str], allowed: "AllowedFolders") -> "SequenceMaterial":
     """The film or the photos at paths as a caller typed them. PhotoError if they are neither, or may not be read."""
+    from folding_server.frames.films import moving_picture  # noqa: PLC0415  (loads numpy and Pillow)
     from folding_server.frames.image_supply import PHOTO_ENDINGS  # noqa: PLC0415  (loads numpy and Pillow)
     from folding_server.frames.sequence_building import SequenceMaterial  # noqa: PLC0415
 
@@ -32,7 +33,8 @@ def material_at(paths: Sequence[str], allowed: "AllowedFolders") -> "SequenceMat
             raise PhotoError(
                 f"{_last_part(typed)!r} is no photo ({', '.join(PHOTO_ENDINGS)}): give one film alone, one folder of photos, or photos"
             )
-    film = found[0].suffix.lower() not in PHOTO_ENDINGS
+    alone = len(found) == 1
+    film = found[0].suffix.lower() not in PHOTO_ENDINGS or (alone and moving_picture(found[0]) is not None)
     return SequenceMaterial(tuple(found), tuple(map(_last_part, paths)), film)
 
 

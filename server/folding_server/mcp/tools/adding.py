@@ -23,6 +23,10 @@ from folding_server.mcp.tool_record import KEEPS, SETTLES, tool
 _SAID = 30
 """How many keyframes the text of an answer names; the data has all."""
 
+ShortestRest = Annotated[
+    float | None,
+    Field(description="seconds for which all must rest in a film for a keyframe; left out, 0.4"),
+]
 NewName = Annotated[
     str | None, Field(description="a name for the sequence; left out, that of the file or folder")
 ]
@@ -43,10 +47,11 @@ async def add_sequence(
     keyframes: ImageNumbers = None,
     front_color: PaperColor = None,
     back_color: PaperColor = None,
+    rest: ShortestRest = None,
     images: ImageSize = "full",
 ) -> Annotated[CallToolResult, SequenceAdded]:
     """Make a sequence of a film or of photos."""
-    wish = SequenceWish(paths, name, keyframes, front_color, back_color)
+    wish = SequenceWish(paths, name, keyframes, front_color, back_color, rest)
 
     async def make(work: SequenceWork, folder: Path) -> MadeSequence:
         return await compute_long(ctx, "add_sequence", PERCENT, make_sequence, work, folder, counted=True)
@@ -80,11 +85,17 @@ def _added(answer: AddedAnswer) -> SequenceAdded:
         images=built.images,
         frames=len(built.keyframes),
         keyframes=[
-            AddedKeyframe(frame=frame, image=image, seconds=None if time is None else round(time, 3))
+            AddedKeyframe(
+                frame=frame,
+                image=image,
+                seconds=None if time is None else round(time, 3),
+                moving=image in built.moving,
+            )
             for frame, (image, time) in found
         ],
         front_color=known.front_color,
         back_color=known.back_color,
+        warnings=list(answer.made.warnings),
     )
 
 
@@ -97,8 +108,12 @@ def _in_words(answer: AddedAnswer) -> str:
     other = ""
     if answer.name != answer.asked:
         other = f" There is a {answer.asked!r} already that is not to be changed, since it is of other files or runs of it are kept."
+    moving = ""
+    if built.moving:
+        moving = " Nothing rests in the film, so these are its stillest moments, in which something moves: look at each."
+    warned = "".join(f" {each}" for each in answer.made.warnings)
     return (
-        f"The sequence {answer.name!r} {done}: {frames} keyframes of {built.images} images, {numbers}{more}.{other} "
+        f"The sequence {answer.name!r} {done}: {frames} keyframes of {built.images} images, {numbers}{more}.{other}{moving}{warned} "
         "Look at the contact sheet, where keyframes are framed in red and each image stands under its number: frame 1 has "
         "to show the flat sheet, and each later one the paper after one step. To correct them, call add_sequence again with "
         f"the same paths and the right numbers as keyframes; then open_run with sequence {answer.name!r}."
