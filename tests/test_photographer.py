@@ -237,7 +237,7 @@ def test_progress_is_told_after_each_frame(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"level": 4}, "no level 4; choose 1"),
+        ({"level": 5}, "no level 5; choose 1"),
         ({"level": 0}, "no level 0; choose 1"),
         ({"seed": -1}, "seed -1 is negative"),
         ({"size": (10, 240)}, "size 10x240 cannot be used; give a width and height from 64 to 4096"),

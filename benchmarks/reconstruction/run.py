@@ -27,6 +27,7 @@ import studio
 from corpus import Subject
 from folding_schemas.actions import Program
 from folding_server.interchange.programs import program_text
+from folding_server.photographer.levels import LEVELS
 from folding_server.photographer.moments import MOST_BETWEEN
 from reconstructing import Reconstruction, reconstruct
 from report import document, in_words, table
@@ -61,7 +62,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--level", type=int, choices=(1, 2, 3), default=1, help="difficulty of the photos")
+    parser.add_argument(
+        "--level", type=int, choices=sorted(LEVELS), default=1, help="difficulty of the photos"
+    )
     parser.add_argument(
         "--seed", type=int, default=1, help=f"development: 1 to 99; reports: from {REPORT_SEEDS}"
     )

@@ -235,7 +235,10 @@ def photograph(
     out: OutFolder,
     seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same photos.")] = 0,
     level: Annotated[
-        int, typer.Option(metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables.")
+        int,
+        typer.Option(
+            metavar="L", help="1 plain, 2 uneven, 3 hands and textured tables, 4 a camera for each photo."
+        ),
     ] = 1,
     between: Annotated[
         int, typer.Option(metavar="N", help="Images of the paper on its way after each keyframe.")

@@ -8,7 +8,7 @@ from folding_schemas.actions import Action, Program
 
 from folding_server.geometry.line import Point
 from folding_server.photographer.photo_scene import Drift
-from folding_server.photographer.pinhole_camera import Camera
+from folding_server.photographer.pinhole_camera import Camera, Matrix
 from folding_server.simulator import Paper
 
 BORDER = 0.05
@@ -70,11 +70,21 @@ def _fits(
     centers: Sequence[Point],
     size: tuple[int, int],
 ) -> bool:
+    return all(
+        fits(camera, paper, drift, center, size)
+        for paper, drift, center in zip(papers, drifts, centers, strict=True)
+    )
+
+
+def fits(camera: Camera, paper: Paper, drift: Drift, center: Point, size: tuple[int, int]) -> bool:
+    """Whether a camera whose pictures have a ``size`` (width, height) sees all of a paper, with room around."""
     free = BORDER * min(size)
-    for paper, drift, center in zip(papers, drifts, centers, strict=True):
-        motion = drift.folded_to_table(center)
-        flat = np.array(list(paper.folded_vertices_coords.values())) @ motion[:, :2].T + motion[:, 2]
-        pixels = camera.project(np.column_stack([flat, np.zeros(len(flat))]))
-        if (pixels < free).any() or (pixels > np.array(size) - free).any():
-            return False
-    return True
+    flat = on_table(paper, drift, center)
+    pixels = camera.project(np.column_stack([flat, np.zeros(len(flat))]))
+    return bool((pixels >= free).all() and (pixels <= np.array(size) - free).all())
+
+
+def on_table(paper: Paper, drift: Drift, center: Point) -> Matrix:
+    """Where the vertices (n, 2) of a paper lie on the table."""
+    motion = drift.folded_to_table(center)
+    return np.asarray(np.array(list(paper.folded_vertices_coords.values())) @ motion[:, :2].T + motion[:, 2])

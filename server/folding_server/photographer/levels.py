@@ -1,4 +1,4 @@
-"""What makes the three levels of difficulty: the ranges from which a scene is drawn."""
+"""What makes the levels of difficulty: the ranges from which a scene is drawn."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +18,11 @@ class Level:
     falls off across the picture; ``blur`` in pixels; ``noise`` in sRGB steps; ``quality`` of the JPEG;
     ``sway`` how much the light changes between frames; ``crooked`` and ``sloppy`` how far the sheet is from
     square and the folds are off, as parts of the sheet's side.
+
+    With a ``zoom`` each photo has a camera of its own: so many times nearer than usual, its tilt drawn anew, rolled by ``roll``
+    degrees and looking ``aside`` of the paper by so many sheet sides (normal deviations). ``curl`` is by how many degrees the
+    flap that was folded last stands up; ``precreases`` and ``objects`` are the most creases of earlier folds and the most things on
+    the table.
     """
 
     tilt: Range
@@ -38,6 +43,12 @@ class Level:
     hands: float
     crooked: float
     sloppy: float
+    zoom: Range | None = None
+    roll: float = 0.0
+    aside: float = 0.0
+    curl: Range = (0.0, 0.0)
+    precreases: int = 0
+    objects: int = 0
 
 
 LEVELS: Mapping[int, Level] = {
@@ -101,13 +112,40 @@ LEVELS: Mapping[int, Level] = {
         crooked=0.01,
         sloppy=0.01,
     ),
+    4: Level(
+        tilt=(0.0, 25.0),
+        turn=2.5,
+        shift=0.02,
+        unsteady=0.0,
+        contrast=20.0,
+        tables=("plain", "wood", "mat", "cloth"),
+        pale_tables=True,
+        patterns=True,
+        lamp=(0.15, 0.45),
+        warmth=0.06,
+        vignette=(0.05, 0.25),
+        blur=(0.6, 1.1),
+        noise=(1.5, 3.5),
+        quality=75,
+        sway=0.08,
+        hands=0.0,
+        crooked=0.01,
+        sloppy=0.01,
+        zoom=(0.7, 1.6),
+        roll=15.0,
+        aside=0.1,
+        curl=(1.0, 5.0),
+        precreases=3,
+        objects=3,
+    ),
 }
 
 
 def level_named(number: int) -> Level:
-    """The level with this number. PhotoError for any other than 1, 2 and 3."""
+    """The level with this number. PhotoError for any other than 1 to 4."""
     if number not in LEVELS:
         raise PhotoError(
-            f"There is no level {number}; choose 1 (plain), 2 (uneven) or 3 (hands and textured tables)."
+            f"There is no level {number}; choose 1 (plain), 2 (uneven), "
+            "3 (hands and textured tables) or 4 (a camera for each photo)."
         )
     return LEVELS[number]

@@ -41,6 +41,14 @@ class Swing:
         """Whether nothing stays on the table."""
         return len(self.starts) == len(self.paper.faces)
 
+    @property
+    def reach(self) -> float:
+        """How far from its line the moving part reaches, in sheet sides."""
+        places = [
+            m(self.paper.vertices_coords[v]) for f, m in self.starts.items() for v in self.paper.faces[f]
+        ]
+        return max(self.line.distance(place) for place in places)
+
 
 @dataclass(frozen=True)
 class Slide:

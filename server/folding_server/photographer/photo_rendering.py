@@ -15,6 +15,7 @@ from folding_server.photographer.sensor import expose
 from folding_server.photographer.session import Session
 from folding_server.photographer.sheet_texture import creased
 from folding_server.photographer.table import seen_table
+from folding_server.photographer.table_objects import laid_on
 from folding_server.simulator import Paper
 
 
@@ -31,13 +32,14 @@ def render_photo(session: Session, moment: Moment) -> tuple[RgbImage, HandInPhot
     scene, seed = session.scene, session.seed
     view = session.view(moment)
     lamp = frame_lamp(scene, session.level, seed, moment)
-    towards = shadow_direction(lamp.azimuth, scene.roll)
+    towards = shadow_direction(lamp.azimuth, session.roll_at(moment))
+    table = laid_on(session.table, session.objects_at(moment))
     albedo, light, coverage = paint_stack(
-        seen_table(session.table, view.camera, session.size),
+        seen_table(table, view.camera, session.size),
         view,
         creased(session.sheet, view.paper),
         Shading(towards, scene.shadow, lamp.azimuth),
-        session.unit,
+        session.unit_at(moment),
         _tones(seed, moment, view.paper),
     )
     lit = albedo * light[..., None]
@@ -60,7 +62,7 @@ def _tones(seed: int, moment: Moment, paper: Paper) -> dict[int, float]:
 
 def _hand(session: Session, moment: Moment, coverage: ByteMask) -> PlacedHand | None:
     """The hand in a picture, if there is one: over the paper at a keyframe, moving it in between."""
-    seed, unit = session.seed, session.unit
+    seed, unit = session.seed, session.unit_at(moment)
     if moment.image == 0:
         return reaching_hand(seed, session.level, moment.keyframe, coverage, unit)
     grasp = session.grasp(moment)

@@ -103,7 +103,16 @@ def _truth(
     step = program.steps[index - 1] if index else ()
     before = session.papers[max(index - 1, 0)]
     return frame_truth(
-        index + 1, image, step, before, session.placement(index), session.drifts[index], hand, mask
+        index + 1,
+        image,
+        step,
+        before,
+        session.placement(index),
+        session.drifts[index],
+        hand,
+        mask,
+        session.curled(index),
+        session.objects_at(moment),
     )
 
 
@@ -152,6 +161,8 @@ def _write_documents(
         "sheet": list(program.sheet),
         "frames": [told for told, moment in zip(images, session.moments, strict=True) if moment.image == 0],
     }
+    if session.earlier:
+        truth["precreases"] = [[list(end) for end in crease] for crease in session.earlier]
     if len(images) > len(session.papers):
         truth["between"] = [
             told for told, moment in zip(images, session.moments, strict=True) if moment.image

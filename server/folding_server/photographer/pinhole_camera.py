@@ -41,9 +41,15 @@ def scaled(homography: Matrix) -> Matrix:
 
 
 def looking_down(
-    size: tuple[int, int], focal: float, distance: float, tilt: float, azimuth: float, roll: float
+    size: tuple[int, int],
+    focal: float,
+    distance: float,
+    tilt: float,
+    azimuth: float,
+    roll: float,
+    look_at: tuple[float, float] = (0.0, 0.0),
 ) -> Camera:
-    """A camera that looks at the origin from ``distance``.
+    """A camera that looks at a point of the table, the origin unless another is given, from ``distance``.
 
     ``size`` (width, height) and ``focal`` in pixels; ``tilt`` from straight down, the ``azimuth`` on the
     table it leans towards and ``roll`` about its own axis in degrees.
@@ -52,7 +58,7 @@ def looking_down(
     K = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1.0]])
     upright = np.diag([1.0, -1.0, -1.0])
     R = _about_z(roll) @ upright @ _leaning(tilt, azimuth)
-    return Camera(K, R, np.array([0, 0, distance]))
+    return Camera(K, R, np.array([0, 0, distance]) - R @ np.array([*look_at, 0.0]))
 
 
 def _about_z(degrees: float) -> Matrix:

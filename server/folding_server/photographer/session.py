@@ -1,19 +1,23 @@
 """One sitting of the photographer: the scene, the paper at each keyframe and on its way to the next."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import asin, degrees
 
 import numpy as np
 from folding_schemas.actions import Program
 
 from folding_server.arrays import Float32s
 from folding_server.geometry.line import Point
+from folding_server.photographer.earlier_creases import Crease, earlier_creases
 from folding_server.photographer.flap_rotation import FlapRotationView
-from folding_server.photographer.framing import bounding_centre, fitting_fraction, pivots
+from folding_server.photographer.framing import bounding_centre, fits, fitting_fraction, on_table, pivots
+from folding_server.photographer.free_camera import Standpoint, seeing_all, standpoints
 from folding_server.photographer.grasp import arm_side, grasp_point
 from folding_server.photographer.levels import Level
 from folding_server.photographer.moments import Moment, moments
-from folding_server.photographer.movements import Movement, Slide, movements
+from folding_server.photographer.movements import FLAT, Movement, Slide, Swing, movements
 from folding_server.photographer.photo_scene import (
     Drift,
     PhotoScene,
@@ -26,17 +30,26 @@ from folding_server.photographer.pinhole_camera import Camera, Matrix
 from folding_server.photographer.placement import PaperView, Placement, place
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.photographer.rng import stream
-from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet
+from folding_server.photographer.sheet_texture import SheetTexture, blank_sheet, worn
 from folding_server.photographer.table import table_texture
+from folding_server.photographer.table_objects import TableObject, table_objects, under_way
 from folding_server.simulator import Paper
 
+CURL_HEIGHT = 0.04
+"""Sheet sides that the edge of a flap stands off at most: more, and people press it down before they take the photo."""
+EARLIER_STRENGTH = 0.7
+"""How worn creases of earlier folds are, beside those that stay folded."""
 WAY = (0.1, 0.4, 0.7)
 """Parts of a movement at which an arm is looked for that is clear of the paper."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """All that the images of one sequence share; ``movements`` has those that lead on from each keyframe."""
+    """All that the images of one sequence share; ``movements`` has those that lead on from each keyframe.
+
+    At levels at which the camera moves, ``standpoints`` has where it is at each keyframe; ``objects`` has what lies on the table
+    then, ``earlier`` the creases that the sheet had before.
+    """
 
     seed: int
     level: Level
@@ -51,14 +64,57 @@ class Session:
     sheet_fraction: float
     sheet: SheetTexture
     table: Float32s
+    standpoints: tuple[Standpoint, ...] = ()
+    objects: tuple[tuple[TableObject, ...], ...] = ()
+    earlier: tuple[Crease, ...] = ()
 
     @property
     def unit(self) -> float:
-        """Pixels to a sheet side."""
+        """Pixels to a sheet side, where the camera is as far away as usual."""
         return self.sheet_fraction * min(self.size)
+
+    def unit_at(self, moment: Moment) -> float:
+        """Pixels to a sheet side at a moment."""
+        here = self._standpoint(moment)
+        return self.unit * (here.nearness if here else 1.0)
+
+    def roll_at(self, moment: Moment) -> float:
+        """By how many degrees the camera is rolled at a moment."""
+        here = self._standpoint(moment)
+        return here.roll if here else self.scene.roll
+
+    def _standpoint(self, moment: Moment) -> Standpoint | None:
+        """Where a camera that moves is at a moment."""
+        if not self.standpoints:
+            return None
+        here = self.standpoints[moment.keyframe]
+        return here.between(self.standpoints[moment.keyframe + 1], moment.share) if moment.image else here
+
+    def objects_at(self, moment: Moment) -> tuple[TableObject, ...]:
+        """The things on the table at a moment."""
+        if not self.objects:
+            return ()
+        here = self.objects[moment.keyframe]
+        return under_way(here, self.objects[moment.keyframe + 1], moment.share) if moment.image else here
+
+    def curled(self, index: int) -> FlapRotationView | None:
+        """The paper at a keyframe with the flap that was folded last not quite down; None where no flap was folded over the rest."""
+        if self.level.curl == (0.0, 0.0) or index == 0:
+            return None
+        last = self.movements[index - 1][-1]
+        if not isinstance(last, Swing) or last.action.action != "fold" or not last.over or last.whole:
+            return None
+        drawn = float(stream(self.seed, "curl", index).uniform(*self.level.curl))
+        up = min(drawn, degrees(asin(CURL_HEIGHT / max(last.reach, CURL_HEIGHT))))
+        motion = self.drifts[index].folded_to_table(self.middle)
+        return FlapRotationView(last, FLAT - up, self.camera(Moment(index)), motion)
 
     def camera(self, moment: Moment) -> Camera:
         """The camera at a moment."""
+        here = self._standpoint(moment)
+        if here is not None:
+            focal = self.scene.lens * min(self.size)
+            return here.camera(self.size, focal, focal / self.unit)
         return frame_camera(self.scene, self.level, self.size, self.seed, moment, self.sheet_fraction)
 
     def placement(self, index: int) -> Placement:
@@ -76,7 +132,7 @@ class Session:
     def view(self, moment: Moment) -> PaperView:
         """The paper as the camera sees it at a moment."""
         if moment.image == 0:
-            return self.placement(moment.keyframe)
+            return self.curled(moment.keyframe) or self.placement(moment.keyframe)
         return self._moving(moment, *self.under_way(moment))
 
     def grasp(self, moment: Moment) -> tuple[Matrix, str] | None:
@@ -93,7 +149,7 @@ class Session:
         way = np.array([self._spot(moment, movement, p, spot) for p in WAY])
         outline = self._moving(moment, movement, 0.0).corners
         pixels = self.camera(moment).project(way)
-        side = arm_side(rng, pixels, (outline.min(0) + outline.max(0)) / 2, self.unit)
+        side = arm_side(rng, pixels, (outline.min(0) + outline.max(0)) / 2, self.unit_at(moment))
         return self._spot(moment, movement, part, spot), side
 
     def _motion(self, moment: Moment) -> Matrix:
@@ -126,18 +182,47 @@ def prepare(program: Program, seed: int, level: Level, size: tuple[int, int], be
     centers = tuple((x + px, y + py) for px, py in spots)
     camera_at = partial(frame_camera, scene, level, size, seed, Moment(0))
     wanted = float(stream(seed, "framing").uniform(0.46, 0.56))
+    fraction = fitting_fraction(camera_at, papers, walk, centers, size, wanted)
+    earlier = earlier_creases(seed, level, program.sheet)
+    lying = zip(papers, walk, centers, strict=True)
+    reach = max(float(np.hypot(*on_table(*each).T).max()) for each in lying)
     return Session(
         seed,
         level,
         size,
         scene,
         papers,
-        tuple(movements(program)) if between else (),
+        tuple(movements(program)) if between or level.curl != (0.0, 0.0) else (),
         tuple(moments(seed, len(papers), between)),
         walk,
         (x, y),
         centers,
-        fitting_fraction(camera_at, papers, walk, centers, size, wanted),
-        blank_sheet(scene, seed, program.sheet),
+        fraction,
+        worn(blank_sheet(scene, seed, program.sheet), earlier, EARLIER_STRENGTH),
         table_texture(scene, seed),
+        _standpoints(seed, level, scene, size, fraction, papers, walk, centers),
+        tuple(table_objects(seed, level, len(papers), reach)),
+        earlier,
     )
+
+
+def _standpoints(
+    seed: int,
+    level: Level,
+    scene: PhotoScene,
+    size: tuple[int, int],
+    fraction: float,
+    papers: Sequence[Paper],
+    drifts: Sequence[Drift],
+    centers: Sequence[Point],
+) -> tuple[Standpoint, ...]:
+    """Where the camera is at each keyframe, so that it sees all of the paper; none at levels at which it stands."""
+    if level.zoom is None:
+        return ()
+    focal = scene.lens * min(size)
+
+    def sees_all(index: int, here: Standpoint) -> bool:
+        camera = here.camera(size, focal, focal / (fraction * min(size)))
+        return fits(camera, papers[index], drifts[index], centers[index], size)
+
+    return seeing_all(standpoints(seed, level, len(papers)), sees_all)

@@ -2,12 +2,14 @@
 coordinates.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from folding_server.arrays import ByteMask, Float32s
+from folding_server.geometry.line import Point
 from folding_server.photographer.color_spaces import floats, linear_color
 from folding_server.photographer.photo_scene import PhotoScene
 from folding_server.photographer.pinhole_camera import Matrix
@@ -85,7 +87,18 @@ def _print(pattern: str, shape: tuple[int, int], period: float) -> Float32s:
 
 def creased(sheet: SheetTexture, paper: Paper, strength: float = 1.0) -> SheetTexture:
     """The sheet with every crease that was ever folded worn into it: a dark and a light line side by side."""
-    dark, light = _crease_masks(sheet, paper)
+    return worn(sheet, [line for line, letter in _creases(paper) if letter != "B"], strength)
+
+
+def _creases(paper: Paper) -> list[tuple[tuple[Point, Point], str]]:
+    """All edges of a paper by their ends on the sheet, with their letters."""
+    places = paper.vertices_coords
+    return [((places[u], places[v]), letter) for (u, v), letter in paper.edges()]
+
+
+def worn(sheet: SheetTexture, lines: Sequence[tuple[Point, Point]], strength: float = 1.0) -> SheetTexture:
+    """The sheet with lines, given by their ends on it, worn into it."""
+    dark, light = _crease_masks(sheet, lines)
     if not dark.any():
         return sheet
     valley = (1 - 0.2 * strength * dark + 0.12 * strength * light)[..., None].astype(np.float32)
@@ -93,24 +106,18 @@ def creased(sheet: SheetTexture, paper: Paper, strength: float = 1.0) -> SheetTe
     return SheetTexture(np.clip(sheet.front * valley, 0, 1), np.clip(sheet.back * ridge, 0, 1), sheet.height)
 
 
-def _crease_masks(sheet: SheetTexture, paper: Paper) -> tuple[Float32s, Float32s]:
+def _crease_masks(sheet: SheetTexture, lines: Sequence[tuple[Point, Point]]) -> tuple[Float32s, Float32s]:
     """Coverage 0 to 1 of the two flanks of all creases."""
     flanks = []
     for side in (-1, 1):
         mask: ByteMask = np.zeros(sheet.front.shape[:2], np.uint8)
-        for (u, v), assignment in paper.edges():
-            if assignment != "B":
-                ends = _texture_points(sheet, [paper.vertices_coords[u], paper.vertices_coords[v]])
-                along = ends[1] - ends[0]
-                normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
-                p, q = (
-                    np.rint((ends + side * normal * CREASE_WIDTH * SHEET_TEXTURE_SIDE / 2) * 2**_SHIFT)
-                    .astype(int)
-                    .tolist()
-                )
-                cv2.line(
-                    mask, p, q, 255, max(round(CREASE_WIDTH * SHEET_TEXTURE_SIDE), 1), cv2.LINE_AA, _SHIFT
-                )
+        for line in lines:
+            ends = _texture_points(sheet, list(line))
+            along = ends[1] - ends[0]
+            normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
+            flank = ends + side * normal * CREASE_WIDTH * SHEET_TEXTURE_SIDE / 2
+            p, q = np.rint(flank * 2**_SHIFT).astype(int).tolist()
+            cv2.line(mask, p, q, 255, max(round(CREASE_WIDTH * SHEET_TEXTURE_SIDE), 1), cv2.LINE_AA, _SHIFT)
         flanks.append(mask.astype(np.float32) / np.float32(255))
     return flanks[0], flanks[1]
 

@@ -23,12 +23,16 @@ def table_texture(scene: PhotoScene, seed: int) -> Float32s:
     return np.clip(linear_color(scene.table_color) * tone, 0, 1).astype(np.float32)
 
 
+def table_to_texture() -> Matrix:
+    """Affine map (3, 3) from the table to texture pixels whose centres are whole numbers."""
+    scale = TABLE_TEXTURE_SIDE / (2 * TABLE_TEXTURE_REACH)
+    middle = TABLE_TEXTURE_SIDE / 2 - 0.5
+    return np.array([[scale, 0, middle], [0, -scale, middle], [0, 0, 1.0]])
+
+
 def seen_table(texture: Float32s, camera: Camera, size: tuple[int, int]) -> Float32s:
     """The table's linear colour in the picture (height, width, 3); ``size`` is (width, height)."""
-    scale = TABLE_TEXTURE_SIDE / (2 * TABLE_TEXTURE_REACH)
-    to_texture = np.array(
-        [[scale, 0, TABLE_TEXTURE_SIDE / 2 - 0.5], [0, -scale, TABLE_TEXTURE_SIDE / 2 - 0.5], [0, 0, 1.0]]
-    )
+    to_texture = table_to_texture()
     centers = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1.0]])
     motion: Matrix = centers @ camera.table_to_pixel @ np.linalg.inv(to_texture)
     seen = cv2.warpPerspective(

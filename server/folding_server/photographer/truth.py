@@ -1,17 +1,20 @@
 """What is written beside the photos: for each frame the actions, the folded state, the camera, the pixels."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from folding_schemas.actions import Action
 
+from folding_server.photographer.flap_rotation import FlapRotationView
 from folding_server.photographer.hand_model import PlacedHand
 from folding_server.photographer.moments import Moment
-from folding_server.photographer.movements import Movement, Swing
+from folding_server.photographer.movements import FLAT, Movement, Swing
 from folding_server.photographer.photo_scene import Drift, PhotoScene
-from folding_server.photographer.pinhole_camera import Matrix
+from folding_server.photographer.pinhole_camera import Camera, Matrix
 from folding_server.photographer.placement import PaperView, Placement
+from folding_server.photographer.table_objects import TableObject
 from folding_server.simulator import Paper
 
 NOTE = (
@@ -31,10 +34,12 @@ def frame_truth(
     drift: Drift,
     hand: PlacedHand | None,
     mask: str | None,
+    curled: FlapRotationView | None = None,
+    objects: Sequence[TableObject] = (),
 ) -> dict[str, Any]:
     """The truth of one frame as plain JSON values; ``before`` is the paper that the step started from.
 
-    ``mask`` names the picture of the pixels that the hand hides.
+    ``mask`` names the picture of the pixels that the hand hides, ``curled`` is the paper with a flap that stands up, if one does.
     """
     paper = placement.paper
     return {
@@ -46,6 +51,31 @@ def frame_truth(
         "vertex_pixels": {str(v): _rounded(placement.pixels[v], 2) for v in sorted(placement.pixels)},
         "drift": {"rotation_deg": round(drift.rotation, 4), "shift": _rounded(drift.shift, 6)},
         "hand": hand and {**_hand(hand), "mask": mask},
+        **({"curl": _curl(curled)} if curled else {}),
+        **({"objects": [_object(each, placement.camera) for each in objects]} if objects else {}),
+    }
+
+
+def _curl(view: FlapRotationView) -> dict[str, Any]:
+    """By how much a flap stands up, and where its vertices are seen then."""
+    seen = {
+        v: place
+        for face in view.swing.starts
+        for v, place in zip(view.paper.faces[face], view.outline(face), strict=True)
+    }
+    return {
+        "degrees": round(FLAT - view.angle, 3),
+        "vertex_pixels": {str(v): _rounded(seen[v], 2) for v in sorted(seen)},
+    }
+
+
+def _object(thing: TableObject, camera: Camera) -> dict[str, Any]:
+    """A thing on the table, and its outline in the picture."""
+    flat = np.column_stack([thing.outline, np.zeros(len(thing.outline))])
+    return {
+        "kind": thing.kind,
+        "middle": _rounded(thing.middle, 4),
+        "pixels": _matrix(camera.project(flat), 1),
     }
 
 
