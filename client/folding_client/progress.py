@@ -3,7 +3,7 @@ what the model says.
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, Self
 
 from rich.console import Console
@@ -62,6 +62,7 @@ class Shown:
         self._totals: Mapping[str, Totals] = {}
         self._verdict = ""
         self._said = ""
+        self._warned: set[str] = set()
 
     def __enter__(self) -> Self:
         if self._status:
@@ -102,6 +103,7 @@ class Shown:
                 self._answered(data["name"], data["structured"] or {})
 
     def _answered(self, tool: str, answer: Mapping[str, Any]) -> None:
+        self._warn(answer.get("warnings") or ())
         if tool == "compare_to_frame":
             self._verdict = f"{answer['verdict']} ({answer['agreement']:.2f})"
         elif tool == "restore_checkpoint" and self._where:
@@ -109,6 +111,13 @@ class Shown:
         elif tool == "get_run" and self._where and (frame := answer.get("next_frame")) == self._frame:
             made = answer.get("attempts", {}).get(str(frame), 0)
             self._begin_attempt(made if answer.get("pending") else made + 1)
+
+    def _warn(self, warnings: Sequence[str]) -> None:
+        """Print what the server says against the photos, each sentence once."""
+        for each in warnings:
+            if each not in self._warned:
+                self._warned.add(each)
+                self._console.print(f"warning: {each}", markup=False, highlight=False, soft_wrap=True)
 
     def _begin_attempt(self, number: int) -> None:
         """Show that another attempt begins."""

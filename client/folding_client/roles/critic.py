@@ -79,7 +79,9 @@ class GeometricCritic:
             f"the outlines are {comparison.outline_distance:.4f} of the sheet's side apart."
         )
         anchor = NO_ANCHOR if case.anchor is None else "a geometric comparison cannot check an anchor"
-        return Judgement(comparison.verdict, analysis, anchor, tuple(comparison.discrepancies))
+        return Judgement(
+            comparison.verdict, analysis, anchor, (*comparison.warnings, *comparison.discrepancies)
+        )
 
 
 class ModelCritic:

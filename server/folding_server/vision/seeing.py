@@ -19,7 +19,7 @@ from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, picture_views
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
-from folding_server.vision.square import find_square
+from folding_server.vision.square import look_for_square
 from folding_server.vision.table_memory import TableMemory, remember
 
 Key = TypeVar("Key")
@@ -99,7 +99,10 @@ class _Working:
 
 @dataclass(frozen=True)
 class SequenceObserver:
-    """A sequence's pose and palette; segments photos when they are asked for, and remembers them."""
+    """A sequence's pose and palette; segments photos when they are asked for, and remembers them.
+
+    ``remarks`` are sentences about what else in the first photo might be the sheet.
+    """
 
     photos: Photos
     pose: Pose
@@ -107,6 +110,7 @@ class SequenceObserver:
     scales: tuple[float, float]
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
     reach: Reach = FIELD_OF_VIEW
+    remarks: tuple[str, ...] = ()
     _seen: dict[tuple[int, float], Observation] = field(default_factory=dict, repr=False, compare=False)
     _between: dict[tuple[int, float, int], tuple[Observation, ...]] = field(
         default_factory=dict, repr=False, compare=False
@@ -232,13 +236,14 @@ class SequenceObserver:
 
 def see_sequence(photos: Photos) -> SequenceObserver:
     """Find the sheet in frame 1 and learn the colours. PhotoError if frame 1 shows no flat square."""
-    corners = find_square(photos.photo(1), f"Frame 1 of {photos.name}")
-    pose = pose_of(corners)
+    found = look_for_square(photos.photo(1), f"Frame 1 of {photos.name}")
+    pose = pose_of(found.corners)
     palette = learn(photos, pose)
     grid = _working_grid(pose)
     rgb, seen = pose.rectify(photos.photo(1), grid)
     memory = remember(smoothed_lab(rgb), seen, grid, palette.table)
-    return SequenceObserver(photos, pose, palette, scales_of(photos, pose, palette), memory)
+    scales = scales_of(photos, pose, palette)
+    return SequenceObserver(photos, pose, palette, scales, memory, remarks=found.remarks)
 
 
 def _working_grid(pose: Pose, reach: Reach = FIELD_OF_VIEW) -> Grid:

@@ -1,49 +1,64 @@
 """The flat square of the first photo: found, or a plain sentence that says what was seen instead."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import pi
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from folding_server.arrays import ByteMask, Floats, Image, RgbImage
-from folding_server.errors import PhotoError
-from folding_server.vision.colours import cluster, skin, to_lab
+from folding_server.vision.colours import cluster, to_lab
+from folding_server.vision.quads import Shape, clockwise, shapes_in, squareness
+from folding_server.vision.square_refusals import QUAD_IOU, no_square, paper_like, too_small, what_is_seen
 from folding_server.vision.straight import edge_support, line_support, refine_polygon
 from folding_server.vision.surfaces import fit_surface
 
 WORKING_SIDE = 400
 """Longest side, in pixels, of the picture in which the sheet is looked for."""
-QUAD_IOU = 0.955
-"""How well four straight sides must cover the shape."""
-LEAST_PICTURE_SHARE = 0.012
-"""Share of the picture that the sheet must fill."""
-NOT_SQUARE = 0.14
-"""Relative difference of the sides, and cosine of the corners, that still counts as a square."""
+FINER_SIDE = 1600
+"""Longest side, in pixels, of the picture in which a smaller sheet is looked for where nothing else stands out."""
+SMALL_PICTURE_SHARE = 0.0004
+"""Share of the picture that a sheet must fill to be found then: a fiftieth of its width."""
+LEAST_SIDE = 40.0
+"""Pixels of the sheet's side below which neither its corners nor its creases can be told."""
+MOST_TIMES_SMALLER = 12.0
+"""A square so many times smaller (area) than something beside it is no sheet of paper for that photo."""
+MOST_CANDIDATES = 8
+"""Quadrilaterals that are looked at closely, once one is a square."""
+SAME_QUAD = 0.8
+"""Intersection over union from which two quadrilaterals are one shape seen twice."""
 EDGE_FACTORS = (3.0, 4.5, 7.0)
 """How many times steeper than usual the picture must be where the edge of a sheet of the table's colour is."""
+NOT_SQUARE = 0.14
+"""Relative difference of the sides, and cosine of the corners, that still counts as a square."""
 LEAST_SUPPORT = 0.6
 """Share of every side along which the picture must show a sharp step."""
-STEEPEST = 0.72
-"""Cosine of the largest angle at which the camera may look at the table."""
+Support = Callable[[RgbImage, Floats], float]
 
 
 @dataclass(frozen=True)
-class Shape:
-    """One region that may be the sheet: a filled ``mask`` (rows, cols), and the best four sides about it."""
+class FoundSquare:
+    """The flat sheet of a photo: its four ``corners`` (4, 2), and the widths in pixels of other squares beside it."""
 
-    mask: ByteMask
-    solid: float
-    quad: Floats | None
-    quad_iou: float
-    at_border: bool
+    corners: Floats
+    others: tuple[float, ...] = ()
 
     @property
-    def area(self) -> int:
-        """In pixels."""
-        return int(self.mask.sum())
+    def side(self) -> float:
+        """The mean length of its sides in pixels."""
+        return _mean_side(self.corners)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """That the photo shows other squares besides, which was taken, and why; empty if it shows none."""
+        if not self.others:
+            return ()
+        widths = " and ".join(f"{width:.0f}" for width in self.others)
+        said = (
+            f"the first photo shows {len(self.others) + 1} squares: the largest, {self.side:.0f} pixels wide, is taken for the "
+            f"sheet, and not those {widths} pixels wide; take other squares away if that is wrong"
+        )
+        return (said,)
 
 
 def find_square(rgb: RgbImage, where: str) -> Floats:
@@ -51,23 +66,95 @@ def find_square(rgb: RgbImage, where: str) -> Floats:
 
     PhotoError with ``where`` and what was seen if there is no flat, fully visible square.
     """
+    return look_for_square(rgb, where).corners
+
+
+def look_for_square(rgb: RgbImage, where: str) -> FoundSquare:
+    """The flat sheet, and what else in the photo might be one: of squares that lie apart the largest is the sheet.
+
+    PhotoError with ``where``, what was seen and what to do if there is no flat, fully visible square, if one is many times smaller
+    than something beside it, or if it is too small to be read.
+    """
     scale = min(1.0, WORKING_SIDE / max(rgb.shape[:2]))
     small = np.asarray(cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
     lab = to_lab(np.asarray(cv2.medianBlur(small, 3), np.uint8))
-    standing_out = [shape for mask in _differing(lab) for shape in _shapes(mask)]
-    clustered = [shape for count in (3, 5) for mask in _clusters(lab, count) for shape in _shapes(mask)]
-    enclosed = [shape for mask in _enclosed(lab) for shape in _shapes(mask)]
+    standing_out = [shape for mask in _differing(lab) for shape in shapes_in(mask)]
+    clustered = [shape for count in (3, 5) for mask in _clusters(lab, count) for shape in shapes_in(mask)]
+    enclosed = [shape for mask in _enclosed(lab) for shape in shapes_in(mask)]
     candidates = [(s, edge_support) for s in _best(standing_out + clustered)]
     candidates += [(s, line_support) for s in _best(enclosed)]
+    squares = _squares(rgb, candidates)
+    if not squares and not paper_like(standing_out):
+        squares = _small_squares(rgb)
+    if not squares:
+        raise no_square(where, what_is_seen(small, standing_out))
+    return _chosen(rgb, squares, small, standing_out, where)
+
+
+def _squares(rgb: RgbImage, candidates: Sequence[tuple[Shape, Support]]) -> list[Floats]:
+    """The corners of those quadrilaterals that are squares seen by a camera, each once, in the order of the candidates."""
+    found: list[Floats] = []
+    judged: list[Floats] = []
     for shape, support in candidates:
-        ratio = np.array([small.shape[1] / rgb.shape[1], small.shape[0] / rgb.shape[0]])
-        corners = _clockwise((np.asarray(shape.quad) + 0.5) / ratio - 0.5)
-        corners = refine_polygon(rgb, corners, reach=max(4.0, 2.0 / scale))
+        ratio = np.array([shape.mask.shape[1] / rgb.shape[1], shape.mask.shape[0] / rgb.shape[0]])
+        corners = clockwise((np.asarray(shape.quad) + 0.5) / ratio - 0.5)
+        if (found and len(judged) >= MOST_CANDIDATES) or any(
+            _overlap(corners, other) > SAME_QUAD for other in found
+        ):
+            continue
+        judged.append(corners)
+        corners = refine_polygon(rgb, corners, reach=max(4.0, 2.0 / float(ratio.max())))
         if squareness(corners, rgb.shape[:2]) <= NOT_SQUARE and support(rgb, corners) >= LEAST_SUPPORT:
-            return corners
-    raise PhotoError(
-        f"{where} must show the flat, fully visible square sheet, but {_what(small, standing_out)}."
-    )
+            found.append(corners)
+    return found
+
+
+def _small_squares(rgb: RgbImage) -> list[Floats]:
+    """Squares that are looked for more closely in a photo that shows nothing else."""
+    scale = min(1.0, FINER_SIDE / max(rgb.shape[:2]))
+    finer = np.asarray(cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
+    lab = to_lab(np.asarray(cv2.medianBlur(finer, 3), np.uint8))
+    shapes = [shape for mask in _differing(lab) for shape in shapes_in(mask, SMALL_PICTURE_SHARE)]
+    return _squares(rgb, [(shape, edge_support) for shape in _best(shapes)])
+
+
+def _chosen(
+    rgb: RgbImage, squares: list[Floats], small: RgbImage, standing_out: list[Shape], where: str
+) -> FoundSquare:
+    """The sheet among squares: the first, or a larger one that lies apart from it."""
+    sheet = squares[0]
+    for other in squares[1:]:
+        if _overlap(sheet, other) == 0 and _area(other) > _area(sheet):
+            sheet = other
+    whole = rgb.shape[0] * rgb.shape[1]
+    share = _area(sheet) / whole
+    ratio = np.array([small.shape[1] / rgb.shape[1], small.shape[0] / rgb.shape[0]])
+    middle = tuple(np.clip(sheet.mean(axis=0) * ratio, 0, np.array(small.shape[1::-1]) - 1).astype(int))
+    beside = [shape for shape in paper_like(standing_out) if not shape.mask[middle[1], middle[0]]]
+    times = max((shape.area / shape.mask.size / share for shape in beside), default=0.0)
+    if times > MOST_TIMES_SMALLER:
+        raise no_square(
+            where,
+            f"{what_is_seen(small, beside)} (a square beside it is {times:.0f} times smaller, no sheet)",
+        )
+    if _mean_side(sheet) < LEAST_SIDE:
+        raise no_square(where, too_small(_mean_side(sheet), rgb.shape))
+    apart = tuple(_mean_side(other) for other in squares if _overlap(sheet, other) == 0)
+    return FoundSquare(sheet, apart)
+
+
+def _area(corners: Floats) -> float:
+    return float(cv2.contourArea(corners.astype(np.float32)))
+
+
+def _mean_side(corners: Floats) -> float:
+    return float(np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1).mean())
+
+
+def _overlap(first: Floats, second: Floats) -> float:
+    """Intersection over union of two convex quadrilaterals."""
+    common, _ = cv2.intersectConvexConvex(first.astype(np.float32), second.astype(np.float32))
+    return float(common) / max(_area(first) + _area(second) - float(common), 1e-9)
 
 
 def _best(shapes: list[Shape]) -> list[Shape]:
@@ -124,89 +211,6 @@ def _clusters(lab: Image, count: int) -> Iterator[ByteMask]:
         yield (nearest == number).astype(np.uint8)
 
 
-def _shapes(mask: ByteMask) -> Iterator[Shape]:
-    """The larger connected regions of a mask."""
-    cleaned = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    count, numbered, stats, _ = cv2.connectedComponentsWithStats(cleaned, connectivity=4)
-    for i in range(1, count):
-        if stats[i, cv2.CC_STAT_AREA] >= LEAST_PICTURE_SHARE * mask.size:
-            yield _shape((numbered == i).astype(np.uint8))
-
-
-def _shape(region: ByteMask) -> Shape:
-    rows, cols = region.shape
-    outline = _outline(region)
-    filled = np.asarray(cv2.drawContours(np.zeros_like(region), [outline], -1, 1, cv2.FILLED), np.uint8)
-    x, y, width, height = cv2.boundingRect(outline)
-    at_border = x <= 1 or y <= 1 or x + width >= cols - 1 or y + height >= rows - 1
-    quad = fit_quad(outline)
-    iou = 0.0 if quad is None else polygon_iou(filled, quad)
-    return Shape(filled, float(region.sum()) / float(filled.sum()), quad, iou, at_border)
-
-
-def _outline(mask: ByteMask) -> npt.NDArray[np.int32]:
-    """The outer contour of the largest region of a mask, (N, 1, 2)."""
-    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return np.asarray(max(outlines, key=cv2.contourArea), np.int32)
-
-
-def fit_quad(outline: npt.NDArray[np.int32]) -> Floats | None:
-    """Four corners (4, 2) about an outline, each side fitted to its own points; None if not four."""
-    corners = simplified(outline, 4)
-    if corners is None:
-        return None
-    points = outline.reshape(-1, 2).astype(np.float64)
-    for _ in range(2):
-        lines = [_fit_side(points, corners[i], corners[(i + 1) % 4]) for i in range(4)]
-        if any(line is None for line in lines):
-            return corners
-        met = [_cross(lines[i - 1], lines[i]) for i in range(4)]
-        if any(point is None for point in met):
-            return corners
-        corners = np.array(met)
-    return corners
-
-
-def simplified(outline: npt.NDArray[np.int32], count: int) -> Floats | None:
-    """The outline's convex hull with just ``count`` corners, by the least simplification."""
-    hull = cv2.convexHull(outline)
-    perimeter = cv2.arcLength(hull, closed=True)
-    for epsilon in np.geomspace(0.006, 0.12, 24):
-        corners = cv2.approxPolyDP(hull, float(epsilon) * perimeter, closed=True).reshape(-1, 2)
-        if len(corners) <= count:
-            return corners.astype(np.float64) if len(corners) == count else None
-    return None
-
-
-def _fit_side(points: Floats, start: Floats, end: Floats) -> Floats | None:
-    """A line (vx, vy, x, y) through the outline points near the middle of a side."""
-    along = end - start
-    length = float(np.hypot(*along)) + 1e-9
-    relative = (points - start) @ np.column_stack([along / length, [along[1] / length, -along[0] / length]])
-    near = (np.abs(relative[:, 1]) < 0.06 * length + 2) & (np.abs(relative[:, 0] / length - 0.5) < 0.38)
-    if near.sum() < 6:
-        return None
-    fitted = cv2.fitLine(points[near].astype(np.float32), cv2.DIST_HUBER, 0, 0.01, 0.01)
-    return np.asarray(fitted, np.float64).ravel()
-
-
-def _cross(first: Floats | None, second: Floats | None) -> Floats | None:
-    if first is None or second is None:
-        return None
-    matrix = np.column_stack([first[:2], -second[:2]])
-    if abs(np.linalg.det(matrix)) < 0.1:
-        return None
-    return np.asarray(first[2:] + first[:2] * np.linalg.solve(matrix, second[2:] - first[2:])[0], np.float64)
-
-
-def polygon_iou(mask: ByteMask, polygon: Floats) -> float:
-    """Intersection over union of a mask and a polygon of pixel corners."""
-    drawn = np.zeros_like(mask)
-    cv2.fillPoly(drawn, [np.rint(polygon * 16).astype(np.int32)], 1, cv2.LINE_8, 4)
-    union = int(np.count_nonzero(drawn | mask))
-    return float(np.count_nonzero(drawn & mask)) / max(union, 1)
-
-
 def _innermost(shapes: list[Shape]) -> list[Shape]:
     """Without the frames (a mat, a tray) in whose hole another quadrilateral lies."""
     return [s for s in shapes if s.solid > 0.6 and not any(_is_hole(s, other) for other in shapes)]
@@ -216,75 +220,3 @@ def _is_hole(outer: Shape, inner: Shape) -> bool:
     hollow = (1 - outer.solid) * outer.area
     within = int((outer.mask & inner.mask).sum()) > 0.98 * inner.area
     return within and inner.area < 0.95 * outer.area and hollow > 0.8 * inner.area
-
-
-def _clockwise(corners: Floats) -> Floats:
-    """In the order that is clockwise on screen."""
-    x, y = corners[:, 0], corners[:, 1]
-    twice = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-    return corners if twice > 0 else corners[::-1]
-
-
-def squareness(corners: Floats, shape: tuple[int, ...]) -> float:
-    """How far a quadrilateral is from a perspective view of a square; 0 is exact.
-
-    For every focal length a camera of this picture ``shape`` (rows, cols) may have, the homography tells the
-    sides' relative difference and the cosine of their angle; the best focal length counts.
-    """
-    rows, cols = shape[:2]
-    unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
-    homography = cv2.getPerspectiveTransform(unit, corners.astype(np.float32))
-    centred = np.array([[1, 0, -cols / 2], [0, 1, -rows / 2], [0, 0, 1.0]]) @ homography
-    errors = []
-    for focal in np.geomspace(0.6, 6.0, 24) * max(rows, cols):
-        axes = np.diag([1 / focal, 1 / focal, 1.0]) @ centred[:, :2]
-        first, second = np.linalg.norm(axes, axis=0)
-        if abs(np.cross(axes[:, 0], axes[:, 1])[2]) < STEEPEST * first * second:
-            continue
-        errors.append(max(abs(np.log(first / second)), abs(axes[:, 0] @ axes[:, 1]) / (first * second)))
-    return float(min(errors, default=1.0))
-
-
-def _what(small: RgbImage, shapes: list[Shape]) -> str:
-    """What a photo without a flat square shows, as the rest of a sentence."""
-    plain = [s for s in shapes if s.solid > 0.5 and s.area < 0.85 * s.mask.size and not _spread_out(s)]
-    if not plain:
-        return (
-            "nothing stands out from the table: lay the sheet on one of another colour, "
-            "or let a light from the side show its edges"
-        )
-    shape = max(plain, key=lambda s: s.area * (0.3 if s.at_border else 1.0))
-    near = cv2.dilate(shape.mask, np.ones((9, 9), np.uint8)) > 0
-    skin_share = float((skin(small) & near).sum()) / shape.area
-    if shape.at_border and 0.06 < skin_share < 0.85:
-        return "a hand or something else of skin colour touches what may be the sheet"
-    if shape.at_border:
-        return "what may be the sheet reaches beyond the edge of the picture"
-    return _shape_in_words(shape, small.shape)
-
-
-def _spread_out(shape: Shape) -> bool:
-    """Whether a region is ragged, as stains, shine and shadow on an empty table are."""
-    outline = _outline(shape.mask)
-    hull = cv2.contourArea(cv2.convexHull(outline))
-    smooth = 4 * pi * shape.area / max(cv2.arcLength(outline, closed=True), 1.0) ** 2
-    return shape.area < 0.5 * hull or smooth < 0.12
-
-
-def _shape_in_words(shape: Shape, size: tuple[int, ...]) -> str:
-    outline = _outline(shape.mask)
-    ellipse = np.asarray(
-        cv2.ellipse(np.zeros_like(shape.mask), cv2.fitEllipse(outline), 1, cv2.FILLED), np.uint8
-    )
-    round_iou = float((ellipse & shape.mask).sum()) / float((ellipse | shape.mask).sum())
-    if round_iou > max(0.97, shape.quad_iou):
-        return "the sheet it shows is round"
-    triangle = simplified(outline, 3)
-    if triangle is not None and polygon_iou(shape.mask, triangle) > 0.93:
-        return "it shows a triangle, a sheet that is folded already"
-    if shape.quad is not None and shape.quad_iou >= QUAD_IOU:
-        off = squareness(_clockwise(shape.quad), size)
-        return f"it shows a four-sided shape that is no square (sides or corners are off by {off:.0%})"
-    perimeter = cv2.arcLength(outline, closed=True)
-    corners = len(cv2.approxPolyDP(outline, 0.015 * perimeter, closed=True))
-    return f"it shows a shape with about {corners} corners"

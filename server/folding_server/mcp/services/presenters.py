@@ -25,7 +25,9 @@ LARGEST_INTEGER = 2**53 - 1
 """The largest number that every reader of JSON keeps exactly."""
 
 
-def comparison(seen: "Observation", match: "Match", outlines: "Sequence[Outline]") -> Comparison:
+def comparison(
+    seen: "Observation", match: "Match", outlines: "Sequence[Outline]", warnings: list[str]
+) -> Comparison:
     """How well a state explains a photo, whose paper has these ``outlines``."""
     dx, dy, turn = match.alignment.shift
     return Comparison(
@@ -40,6 +42,7 @@ def comparison(seen: "Observation", match: "Match", outlines: "Sequence[Outline]
         lines=round(match.lines, 4),
         confidence=round(seen.paper_confidence, 3),
         outlines=[_outline(outline) for outline in outlines],
+        warnings=warnings,
     )
 
 

@@ -20,6 +20,12 @@ MOST_TILES = 72
 SHEET_SIDE = 1568
 """Pixels of that sheet's longer side: what Claude's models scale larger pictures down to."""
 
+GLANCE_SIDE = 512
+"""Pixels of the longer side at which all photos are looked at for their brightness."""
+
+MOST_WARNINGS = 5
+"""Sentences of warning in an answer: whoever's photos are all dark need not be told of each."""
+
 LOOKING_THROUGH = "looking through the images"
 
 
@@ -62,7 +68,21 @@ def make_sequence(announce: "Announce", work: SequenceWork, folder: Path) -> Mad
         built = build_sequence(
             work.material, work.keyframes, work.sheet, folder, progress, work.still_seconds
         )
-        return MadeSequence(built, _contact_sheet(built, folder / "frames") if work.shown else None)
+        sheet = _contact_sheet(built, folder / "frames") if work.shown else None
+        return MadeSequence(built, sheet, _warnings(folder))
+
+
+def _warnings(folder: Path) -> tuple[str, ...]:
+    """What speaks against the photos of a sequence: all that can be told of the first, and which others are too dark."""
+    from folding_server.frames.sequences import load_sequence  # noqa: PLC0415  (loads Pillow)
+    from folding_server.vision.photo_doubts import darkness, doubts_about_start  # noqa: PLC0415  (loads OpenCV)
+
+    photos = load_sequence(folder)
+    said = doubts_about_start(photos).words
+    for frame in range(2, photos.frame_count + 1):
+        small = photos.source.read(photos.index(frame), GLANCE_SIDE)
+        said += filter(None, [darkness(small, f"the photo of frame {frame}")])
+    return tuple(said[:MOST_WARNINGS])
 
 
 @contextmanager

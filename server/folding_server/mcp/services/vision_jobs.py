@@ -64,15 +64,18 @@ def propose_actions_for(
     announce: "Announce", place: SequencePlace, paper: "Paper", frame: int, count: int
 ) -> Proposals:
     """What may have been done to a paper before a frame, the likeliest first."""
-    from folding_server.vision.solver import clearly_best, confidence, propose  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.photo_doubts import doubts_about  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.solver import clearly_best, confidence, propose  # noqa: PLC0415
 
     announce(SEEING)
     with observers().on(place.key, place.load) as observer:
         announce(f"explaining frame {frame}")
         plans = propose(paper, observer, frame, max(count, RIVALS_LOOKED_AT))
+        doubts = doubts_about(observer, frame, observer.outlines(frame))
     shown = presenters.proposals(plans[:count])
     sure = round(confidence(plans), 3) if plans else None
-    return Proposals(frame=frame, proposals=shown, confident=clearly_best(plans), confidence=sure)
+    clear = clearly_best(plans) and not doubts.spoils
+    return Proposals(frame=frame, proposals=shown, confident=clear, confidence=sure, warnings=doubts.words)
 
 
 def compare_paper(
@@ -82,14 +85,17 @@ def compare_paper(
     from folding_server.frames.image_files import encode_for_model  # noqa: PLC0415
     from folding_server.vision.any_camera import compare_with_photo  # noqa: PLC0415  (loads OpenCV)
     from folding_server.vision.overlay import draw_overlay  # noqa: PLC0415
+    from folding_server.vision.photo_doubts import doubts_about, without_match  # noqa: PLC0415
 
     announce(SEEING)
     with observers().on(place.key, place.load) as observer:
         announce(f"comparing with frame {frame}")
         compared = compare_with_photo(paper, observer, frame)
         outlines = compared.observer.outlines(frame)
-    seen, match = compared.seen, compared.match
-    found = presenters.comparison(seen, match, outlines)
+        doubts = doubts_about(compared.observer, frame, outlines)
+    seen, match = compared.seen, without_match(compared.match, doubts)
+    words = [*doubts.spoils, *observer.remarks]
+    found = presenters.comparison(seen, match, outlines, words)
     overlay = encode_for_model(draw_overlay(paper, seen, match, outlines=outlines)) if draw else None
     return found, overlay
 

@@ -111,7 +111,7 @@ def _in_words(answer: AddedAnswer) -> str:
     moving = ""
     if built.moving:
         moving = " Nothing rests in the film, so these are its stillest moments, in which something moves: look at each."
-    warned = "".join(f" {each}" for each in answer.made.warnings)
+    warned = "".join(f" Warning: {each}." for each in answer.made.warnings)
     return (
         f"The sequence {answer.name!r} {done}: {frames} keyframes of {built.images} images, {numbers}{more}.{other}{moving}{warned} "
         "Look at the contact sheet, where keyframes are framed in red and each image stands under its number: frame 1 has "

@@ -153,4 +153,5 @@ def _current_paper(app: AppContext, run_id: str | None) -> Paper:
 def _in_words(found: Comparison) -> str:
     """The verdict and what disagrees."""
     said = f"{found.verdict} with frame {found.frame}: {found.agreement:.1%} of the paper agrees."
-    return " ".join([said, *(f"{each}." for each in found.discrepancies)])
+    warned = [f"Warning: {each}." for each in found.warnings]
+    return " ".join([said, *warned, *(f"{each}." for each in found.discrepancies)])

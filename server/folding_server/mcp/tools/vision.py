@@ -54,4 +54,4 @@ def _in_words(found: Proposals) -> str:
         return f"No explanation of frame {found.frame} was found from the current state."
     lead = "The first stands clear of the rest." if found.confident else "No clear favourite."
     trust = "" if found.confidence is None else f" Confidence in the first: {found.confidence:.0%}."
-    return "\n".join([*lines, lead + trust])
+    return "\n".join([*lines, lead + trust, *(f"Warning: {each}." for each in found.warnings)])
