@@ -26,7 +26,8 @@ def test_every_term_has_a_weight_a_unit_and_a_source() -> None:
 def test_the_score_is_the_sum_of_what_the_terms_add() -> None:
     seen = plan(inner_lines=0.5, tilt=0.25)
     added = seen.evidence.contributions
-    assert added == pytest.approx({"agreement": 0.97, "flips": -0.0025, "inner_lines": -0.01, "tilt": -0.001})
+    values = {"agreement": 0.97, "flips": 1, "inner_lines": 0.5, "tilt": 0.25}
+    assert added == pytest.approx({name: terms()[name].weight * value for name, value in values.items()})
     assert seen.score == pytest.approx(sum(added.values()))
 
 

@@ -46,7 +46,7 @@ def test_proposals_take_the_images_in_between_into_account(right_part_lifted: Pa
     assert best.action_class == "fold"
     assert best.noted.moved_otherwise < 0.2
     assert others
-    assert all(best.swing <= other.swing + 0.1 for other in others)
+    assert all(best.noted.moved_otherwise <= other.noted.moved_otherwise + 0.1 for other in others)
     found = halves()
     for action in best.actions:
         found = apply(found, action)

@@ -44,6 +44,10 @@ MISSING_LENGTH = 0.3
 MISSING = "the photo shows a crease or layer edge about {:.2f} long that the diagram lacks"
 HIDDEN_LIMIT = 0.9
 """Share of the paper that something must hide for a photo to tell nothing."""
+MOSTLY_HIDDEN = 0.5
+"""Share of the paper that something must hide for it to be said first why nothing matches."""
+HIDES_OR_CUT = "something hides {:.0%} of it, or the paper reaches beyond the edge of the photo: use a photo that shows all of it"
+OUTLINE_OFF = "the outline is {:.3f} sheet units off on average; a match is off by {:g} at most"
 HIDES = "something hides {:.0%} of the paper in the photo, so it tells nothing: look at another frame"
 MOST_WORDS = 5
 """Sentences that are said of a comparison."""
@@ -86,7 +90,12 @@ class Match:
             return [HIDES.format(self.hidden)]
         if self.cut >= CUT_LIMIT:
             return [CUT, *(str(d) for d in self.discrepancies)][:MOST_WORDS]
-        return [*(str(d) for d in self.discrepancies), *self.missing_lines][:MOST_WORDS]
+        words = [*(str(d) for d in self.discrepancies), *self.missing_lines]
+        if self.verdict != "MATCH" and self.hidden >= MOSTLY_HIDDEN:
+            words.insert(0, HIDES_OR_CUT.format(self.hidden))
+        if self.verdict != "MATCH" and not words:
+            words.append(OUTLINE_OFF.format(self.outline_distance, MATCHING_OUTLINE))
+        return words[:MOST_WORDS]
 
 
 def compare(paper: Paper, seen: Observation) -> Match:

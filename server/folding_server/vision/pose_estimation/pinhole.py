@@ -1,7 +1,7 @@
 """A pinhole camera over the table, as the homography that it makes between the plane of the sheet and a picture."""
 
 from dataclasses import dataclass
-from math import atan2, cos, degrees, exp, hypot, log, sin
+from math import atan2, cos, degrees, exp, hypot, log, pi, sin
 
 import numpy as np
 
@@ -9,8 +9,10 @@ from folding_server.arrays import Floats
 from folding_server.geometry.line import Point
 from folding_server.vision.pose import SHEET, Pose
 
-SAME_SIZE, SAME_TILT = 0.08, 20.0
-"""Logarithm of a scale, and degrees of tilt, within which a camera may be one that stands: perspective over a table does as much."""
+SAME_SIZE, SAME_ROLL, SAME_TILT = 0.08, 12.0, 20.0
+"""Logarithm of a scale, and degrees of roll and tilt, within which a camera may be one that stands: perspective over a table and
+careless hands do as much.
+"""
 CameraVector = tuple[float, ...]
 
 FIELD = 2.6
@@ -118,8 +120,11 @@ def upright_camera(pose: Pose, frame: PictureFrame) -> PinholeCamera:
 
 
 def only_moved(camera: PinholeCamera, before: PinholeCamera) -> bool:
-    """Whether a camera shows the sheet as large as another one does, and from nearly above: it may be the sheet that was moved."""
-    return abs(camera.size - before.size) < SAME_SIZE and camera.tilt < SAME_TILT
+    """Whether a camera shows the sheet as large as another one does, hardly turned, and from nearly above: it may be the sheet that
+    was moved. A turn of it is an action.
+    """
+    turned = abs(degrees((camera.roll - before.roll + pi) % (2 * pi) - pi))
+    return abs(camera.size - before.size) < SAME_SIZE and turned < SAME_ROLL and camera.tilt < SAME_TILT
 
 
 def projected(matrix: Floats, points: Floats) -> Floats:
