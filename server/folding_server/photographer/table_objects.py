@@ -125,5 +125,5 @@ def laid_on(texture: Float32s, things: Sequence[TableObject]) -> Float32s:
         shade = cv2.GaussianBlur(mask, (0, 0), _SHADOW * float(scale[0, 0])).astype(np.float32) / 255
         solid = (mask.astype(np.float32) / 255)[..., None]
         laid *= (1 - np.float32(_SHADOW_DEPTH) * shade)[..., None]
-        laid = (1 - solid) * laid + solid * linear_color(thing.color)
+        laid[:] = (1 - solid) * laid + solid * linear_color(thing.color)
     return np.asarray(laid, np.float32)

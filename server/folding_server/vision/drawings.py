@@ -10,21 +10,27 @@ FEW_COLORS, COLOR_BITS = 4, 6
 """So many colours, told apart by so many bits a channel, cover COLORED of a drawing: paper, two sides, lines."""
 COLORED = 0.85
 """Light falls off across a photo, so that even its even parts have many colours."""
-EVEN_STEP = 1
-"""sRGB steps by which neighbours may differ and be even: a JPEG file rounds."""
+LOOKED_AT = 800
+"""Pixels of the longest side of the part in the middle that is looked at, as it was taken: scaling down takes the grain away."""
 
 
 def even_share(rgb: RgbImage) -> float:
     """The share of pixels that are as their right and lower neighbours, 0 to 1."""
-    levels = rgb.astype(np.int16)
+    levels = _middle(rgb).astype(np.int16)
     right = np.abs(np.diff(levels, axis=1)).max(axis=2)[:-1]
     below = np.abs(np.diff(levels, axis=0)).max(axis=2)[:, :-1]
-    return float(((right <= EVEN_STEP) & (below <= EVEN_STEP)).mean())
+    return float(((right == 0) & (below == 0)).mean())
 
 
 def is_drawing(rgb: RgbImage) -> bool:
     """Whether a picture is a drawing, such as a step of a diagram."""
-    return even_share(rgb) >= DRAWN and _share_of_few_colors(rgb) >= COLORED
+    return even_share(rgb) >= DRAWN and _share_of_few_colors(_middle(rgb)) >= COLORED
+
+
+def _middle(rgb: RgbImage) -> RgbImage:
+    """The part in the middle that is looked at."""
+    rows, cols = (max(0, (side - LOOKED_AT) // 2) for side in rgb.shape[:2])
+    return rgb[rows : rows + LOOKED_AT, cols : cols + LOOKED_AT]
 
 
 def _share_of_few_colors(rgb: RgbImage) -> float:

@@ -8,7 +8,6 @@ import numpy as np
 
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
-from folding_server.frames.image_files import scale_to
 from folding_server.vision.comparison import Match
 from folding_server.vision.drawings import even_share, is_drawing
 from folding_server.vision.outline import Outline
@@ -32,8 +31,6 @@ BRIGHTEST = 0.99
 """The quantile of the brightness of pixels that is looked at."""
 SPARSE = 3
 """Of so many rows and columns one is looked at: the brightness of a photo needs no more."""
-LOOKED_AT_SIDE = 400
-"""Pixels of the longer side at which a photo is told from a drawing, as where the sheet is looked for (square.WORKING_SIDE)."""
 LEAST_SHEET_PIXELS = 64.0
 """Pixels of the sheet's side below which photos are looked at more finely than they were taken (seeing.COARSEST)."""
 
@@ -93,10 +90,9 @@ def without_match(match: Match, doubts: PhotoDoubts) -> Match:
 def _spoils(rgb: RgbImage, called: str, sides: Sequence[Side], unit: float) -> tuple[str, ...]:
     """What spoils a photo, of whose paper some sides are seen."""
     found = [darkness(rgb, called), _smallness(rgb, called, unit), _blur(rgb, called, sides, unit)]
-    small = scale_to(rgb, LOOKED_AT_SIDE)
-    if is_drawing(small):
+    if found[0] is None and is_drawing(rgb):
         found.append(
-            f"{called} looks like a drawing: {even_share(small):.0%} of it is perfectly even; photograph real paper"
+            f"{called} looks like a drawing: {even_share(rgb):.0%} of it is perfectly even; photograph real paper"
         )
     return tuple(each for each in found if each is not None)
 
