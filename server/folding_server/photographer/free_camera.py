@@ -51,6 +51,7 @@ def standpoints(seed: int, level: Level, keyframes: int) -> list[Standpoint]:
 
 
 def _drawn(seed: int, level: Level, keyframe: int) -> Standpoint:
+    assert level.zoom is not None, "only levels with a zoom have a camera for each photo"
     rng = stream(seed, "standpoint", keyframe)
     tilt, azimuth = rng.uniform(*level.tilt), radians(rng.uniform(-180, 180))
     nearness = exp(rng.uniform(log(level.zoom[0]), log(level.zoom[1])))

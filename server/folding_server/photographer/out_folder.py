@@ -6,9 +6,9 @@ from pathlib import Path
 
 from folding_server.errors import PhotoError
 
-TRUTH = "truth.json"
+TRUTH_FILE = "truth.json"
 """What every folder of photographs holds, and no other sequence."""
-WRITTEN = frozenset({"keyframes.json", "program.json", TRUTH})
+WRITTEN = frozenset({"keyframes.json", "program.json", TRUTH_FILE})
 """The documents beside the pictures."""
 PICTURES = {"frames": re.compile(r"\d{6}\.jpg"), "masks": re.compile(r"\d{6}\.png")}
 """The folders of pictures, and what their files are called."""
@@ -20,10 +20,10 @@ def require_usable(folder: Path) -> None:
         raise PhotoError(f"{folder} is a file; give a folder to write the sequence into.")
     if not folder.is_dir() or not any(folder.iterdir()):
         return
-    if (folder / "keyframes.json").exists() and not (folder / TRUTH).exists():
+    if (folder / "keyframes.json").exists() and not (folder / TRUTH_FILE).exists():
         raise PhotoError(f"{folder} holds a sequence that was not made here; give another folder.")
     strange = next(_not_ours(folder), None)
-    if strange is not None or not (folder / TRUTH).exists():
+    if strange is not None or not (folder / TRUTH_FILE).exists():
         named = strange or next(folder.iterdir())
         raise PhotoError(
             f"{folder} holds {named.relative_to(folder)}, which is no photograph of a program; "

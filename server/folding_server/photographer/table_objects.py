@@ -29,7 +29,7 @@ CLEAR = (0.1, 0.5)
 """Sheet sides between the paper's furthest reach and a thing."""
 MOVED = 0.3
 """How likely a thing lies elsewhere in the next photo."""
-TRIES = 40
+PLACES_TRIED = 40
 """Places that are tried for a thing until one is free; else it is left away."""
 _SHADOW, _SHADOW_DEPTH = 0.012, 0.45
 _SHIFT = 4
@@ -86,7 +86,7 @@ def _placed(
     rng: np.random.Generator, thing: TableObject, others: Sequence[TableObject], paper_reach: float
 ) -> TableObject | None:
     """The thing at a place that is free, or None."""
-    for _ in range(TRIES):
+    for _ in range(PLACES_TRIED):
         away = paper_reach + thing.reach + rng.uniform(*CLEAR)
         towards, angle = radians(rng.uniform(-180, 180)), float(rng.uniform(-180, 180))
         middle = (float(away * cos(towards)), float(away * sin(towards)))

@@ -18,7 +18,7 @@ LEAST_CONTRAST = 14.0
 """sRGB steps between both sides of an edge that it takes to tell its width from noise."""
 CLEAR = 0.08
 """Part of a side at each end that is left out, where other edges are near."""
-USUAL = 0.75
+MIDDLE_SHARE = 0.75
 """Quantile of the widths that counts: a photo that is moved is sharp along half of the edges."""
 STEP = 0.5
 """Pixels between the samples of a profile."""
@@ -39,7 +39,7 @@ def edge_width(rgb: RgbImage, sides: Iterable[Side], pixels_per_unit: float) -> 
         for piece in _pieces(start, end, pixels_per_unit)
         if (width := _width(rgb, *piece, pixels_per_unit)) is not None
     ]
-    return float(np.quantile(widths, USUAL)) / pixels_per_unit if widths else None
+    return float(np.quantile(widths, MIDDLE_SHARE)) / pixels_per_unit if widths else None
 
 
 def _pieces(start: Floats, end: Floats, unit: float) -> Iterator[Side]:
