@@ -36,7 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seed", type=int, default=901)
-    parser.add_argument("--programs", nargs="+", metavar="NAME", choices=sorted(corpus.programs()), required=True)
+    parser.add_argument(
+        "--programs", nargs="+", metavar="NAME", choices=sorted(corpus.programs()), required=True
+    )
     parser.add_argument("--cache", type=Path, default=studio.CACHE, help="where photographs are kept")
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="CORPUS")
     given = parser.parse_args(arguments)
