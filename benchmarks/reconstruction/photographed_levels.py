@@ -63,7 +63,7 @@ def write_sequence(program: Program, seed: int, level: int, cache: Path, out: Pa
 
 def experiment(names: Sequence[str]) -> str:
     """All programs at all levels by all models that ask nobody, one run after the other."""
-    sequences = "".join(f"  - level{level}/{name}-{level}\n" for name in names for level in LEVELS)
+    sequences = "".join(f"  - level{level}/{name}-{level}\n" for level in LEVELS for name in names)
     return (
         f"sequences:\n{sequences}models: [{', '.join(MODELS)}]\nseeds: [1]\nout: runs\njobs: 1\n"
         f"settings: {{search_tries: {SEARCH_TRIES}, max_time: {MOST_TIME}}}\n"
