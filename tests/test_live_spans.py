@@ -151,6 +151,7 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+@pytest.mark.slow
 def test_a_collector_that_is_away_is_told_once_on_stderr_and_the_run_is_complete(tmp_path: Path) -> None:
     model = script(tmp_path, [save_call(1)], [{"tool": "rotate", "arguments": {"angle": 45}}, save_call(2)])
     address = f"http://127.0.0.1:{free_port()}"
@@ -167,6 +168,7 @@ def test_a_collector_that_is_away_is_told_once_on_stderr_and_the_run_is_complete
     assert done.stderr.startswith(f"The collector at {address} does not take spans")
 
 
+@pytest.mark.slow
 def test_a_collector_that_never_answers_keeps_no_run_waiting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -199,6 +199,7 @@ def test_two_batches_are_compared_side_by_side(browser: Browser, site: Path) -> 
         assert faults(page) == []
 
 
+@pytest.mark.slow
 def test_seeds_of_a_group_are_compared_by_mean_and_range_with_each_run_behind_it(
     seeded: Path, browser: Browser
 ) -> None:
