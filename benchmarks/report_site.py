@@ -50,8 +50,14 @@ def picture(text: str, side: int) -> bytes:
     return file.getvalue()
 
 
+def drawing(text: str) -> bytes:
+    """An SVG that no other run has."""
+    shape = '<polygon points="10,20 90,30 50,80" fill="#c44" stroke="#222"/>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><title>{text}</title>{shape}</svg>'.encode()
+
+
 def events(count: int, frames: int, overlays: list[str]) -> Iterator[dict[str, Any]]:
-    """So many events: in turn queries, calls and results, with steps and saves spread among them."""
+    """So many events: in turn queries, calls and results, with steps spread among them; and a save for each frame besides."""
     every = max(count // frames, 4)
     frame = 0
     usage = {
@@ -87,6 +93,8 @@ def events(count: int, frames: int, overlays: list[str]) -> Iterator[dict[str, A
                 "structured": answer,
                 "images": seen,
             }
+            for kind, told in (("call", {"id": None, "arguments": {}}), ("result", saved(frame))):
+                yield {"kind": kind, "by": "agent", "name": "save_checkpoint", **told}
         elif place % 4 == 1:
             new = [{"role": "user", "text": f"Frame {frame}: what was done? " * 20}]
             yield {"kind": "request", "role": "agent", "messages": 3, "new_from": 2, "new": new}
@@ -105,6 +113,12 @@ def events(count: int, frames: int, overlays: list[str]) -> Iterator[dict[str, A
             }
         else:
             yield {"kind": "call", "by": "agent", "id": None, "name": "get_current_state", "arguments": {}}
+
+
+def saved(frame: int) -> dict[str, Any]:
+    """The answer to the save of a frame."""
+    answer = {"frame": frame}
+    return {"seconds": 0.01, "is_error": False, "text": "", "structured": answer, "images": []}
 
 
 def write_run(folder: Path, name: str, count: int, frames: int, status: str) -> None:
@@ -170,10 +184,14 @@ def write_sequence(folder: Path, name: str) -> None:
 
 
 def write_pictures(files: SiteFiles, run: PicturedRun) -> None:
-    """The photos and thumbnails that a folding server would have made, in the sizes that it makes."""
+    """The photos, thumbnails and drawings that a folding server would have made, in the sizes that it makes."""
     for frame in range(1, run.frames + 1):
         files.keep_picture(run.photo_key(frame), picture(f"{run.sequence} {frame}", 512), "image/jpeg")
         files.keep_picture(run.thumbnail_key(frame), picture(f"{run.sequence} {frame}", 160), "image/jpeg")
+        for kind in ("diagram", "pattern"):
+            files.keep_picture(
+                run.state_key(kind, frame), drawing(f"{run.sequence} {kind} {frame}"), "image/svg+xml"
+            )
 
 
 def shown(overview: Path) -> list[float]:
@@ -210,7 +228,7 @@ def measure(place: Path, runs: int, count: int, frames: int) -> dict[str, Any]:
     builder = SiteBuilder([place / "runs"], place / "site", ReportOptions(server=False), lambda _: None)
     for number in range(runs):
         name = f"sequence {number:03d}"
-        write_pictures(builder.files, PicturedRun(place / "sequences" / name, name, frames, ()))
+        write_pictures(builder.files, PicturedRun(place / "sequences" / name, name, frames, ((),) * frames))
     started = time.perf_counter()
     asyncio.run(builder.build())
     built = time.perf_counter() - started

@@ -46,9 +46,24 @@ def site(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def browser(site: Path) -> Iterator[Browser]:
+def seeded(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site of one sequence reconstructed with three seeds, and by another model."""
+    batch = tmp_path_factory.mktemp("seeds") / "batch"
+    for seed, seconds in ((1, 10.0), (2, 20.0), (3, 60.0)):
+        folder = shutil.copytree(runs / "first" / "plain3", batch / f"drawn_seed-{seed}" / "plain3")
+        told = json.loads((folder / "run.json").read_text())
+        told["settings"]["given"]["seed"] = seed
+        told["outcome"]["seconds"] = seconds
+        edited(folder, models={"agent": "drawn"}, settings=told["settings"], outcome=told["outcome"])
+    shutil.copytree(runs / "first" / "plain3", batch / "other" / "plain3")
+    edited(batch / "other" / "plain3", models={"agent": "other"})
+    return build(batch.parent / "site", batch)
+
+
+@pytest.fixture(scope="module")
+def browser(site: Path, seeded: Path) -> Iterator[Browser]:
     """A browser, started after the runs are made: both take the thread's event loop for themselves."""
-    assert site.is_dir()
+    assert site.is_dir() and seeded.is_dir()
     with chromium() as browser:
         yield browser
 
@@ -182,6 +197,27 @@ def test_two_batches_are_compared_side_by_side(browser: Browser, site: Path) -> 
         assert left is not None and right is not None
         assert left["y"] == right["y"] and left["x"] + left["width"] <= right["x"]
         assert faults(page) == []
+
+
+@pytest.mark.slow
+def test_seeds_of_a_group_are_compared_by_mean_and_range_with_each_run_behind_it(
+    seeded: Path, browser: Browser
+) -> None:
+    for theme, width in (("light", 1280), ("dark", 390)):
+        with opened(browser, color_scheme=theme, viewport={"width": width, "height": 800}) as page:
+            page.goto(address(seeded))
+            expect(page.get_by_text("drawn, seed 3", exact=True)).to_be_visible()
+            page.get_by_label("Compare").select_option("drawn")
+            page.get_by_label("with").select_option("other")
+            seeds = page.locator(".pair .seeds")
+            expect(seeds).to_contain_text("time30 s (10 s to 60 s)")
+            expect(seeds.locator(".run:visible")).to_have_count(0)
+            seeds.get_by_text("Seeds 1, 2, 3").click()
+            expect(seeds.locator(".run:visible")).to_have_count(3)
+            page.get_by_label("Find").fill("plain")
+            expect(seeds.locator(".run:visible")).to_have_count(3)
+            assert faults(page) == []
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_without_scripts_everything_is_there(browser: Browser, site: Path) -> None:

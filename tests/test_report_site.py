@@ -5,6 +5,8 @@ import json
 import re
 import shutil
 import socket
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from folding_client.interrupts import UsageError
 from folding_client.report.attempt_tree import AttemptTree
 from folding_client.report.frame_reports import MOST_FRAMES, usage_by_frame
 from folding_client.report.recorded_runs import RunPlace, find_runs, read_run
-from folding_client.report.run_pages import gather_page
+from folding_client.report.run_pages import MOST_IN_ROW, gather_page
 from folding_client.report.run_scores import Evaluations
 from folding_client.report.site import ReportOptions, SiteBuilder
 from folding_client.report.trace import LONGEST_TEXT, Trace
@@ -245,6 +247,38 @@ def test_scores_are_shown_where_an_evaluation_lies_with_the_runs(runs: Path, tmp
     assert "SIM, last frame 0.875" in page
     assert "TSS 0.750 CPD 0.125 SIM 0.500" in page
     assert "SIM 0.875" in words_of((tmp_path / "site" / "index.html").read_text())
+
+
+def test_totals_of_several_seeds_have_the_range_of_the_means_of_one_seed(runs: Path, tmp_path: Path) -> None:
+    evaluated = []
+    for seed, score in ((1, 0.5), (2, 0.75)):
+        folder = shutil.copytree(runs / "plain3", tmp_path / "batch" / f"seed-{seed}" / "plain3")
+        settings = json.loads((folder / "run.json").read_text())["settings"]
+        edited(folder, settings={**settings, "given": {**settings["given"], "seed": seed}})
+        steps = [{"frame": 3, "scores": {"SIM": score}}]
+        evaluated.append({"sequence": "plain3", "run": f"seed-{seed}/plain3", "steps": steps})
+    document = {"groups": [{"runs": evaluated}]}
+    (tmp_path / "batch" / "evaluation.json").write_text(json.dumps(document))
+    build(tmp_path / "site", tmp_path / "batch")
+    words = words_of((tmp_path / "site" / "index.html").read_text())
+    assert "seeds 1, 2" in words
+    assert "0.625 0.500 to 0.750" in words
+
+
+def test_a_row_of_a_long_run_shows_some_frames_those_that_do_not_match_among_them(runs: Path) -> None:
+    page = gather_page(RunPlace(runs / "plain3", "batch", "plain3"), Evaluations(()))
+    first, *_, last = page.frames
+    many = [replace(last, frame=frame, verdict="MATCH") for frame in range(2, 3 * MOST_IN_ROW)]
+    doubtful = replace(last, frame=20, verdict="MISMATCH")
+    many[18] = doubtful
+    page.frames = [first, *many]
+    numbers = [frame.frame for frame in page.in_row]
+    assert len(numbers) == MOST_IN_ROW
+    assert numbers == sorted(set(numbers))
+    assert {1, 20, 3 * MOST_IN_ROW - 1} <= set(numbers)
+    assert max(later - earlier for earlier, later in pairwise(numbers)) <= 6, "the others are spread evenly"
+    page.frames = [first, *many[: MOST_IN_ROW - 1]]
+    assert page.in_row == page.frames
 
 
 @pytest.mark.parametrize(

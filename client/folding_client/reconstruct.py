@@ -3,7 +3,7 @@
 import asyncio
 import json
 import platform
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,6 +16,7 @@ from folding_schemas.results import RunInfo
 from pydantic import ValidationError
 
 from folding_client.assembly import RoleModels, make_role_models, make_worker, needed_tools
+from folding_client.exports.live_spans import span_listeners
 from folding_client.interrupts import RunStopped, StepFailed, ToolRefused, UsageError
 from folding_client.models.requirements import require_models
 from folding_client.outputs import write_outputs
@@ -23,7 +24,7 @@ from folding_client.progress import Progress
 from folding_client.protocol.connection import ServerAddress
 from folding_client.protocol.requests import undecided
 from folding_client.protocol.server_client import ServerClient
-from folding_client.record.event_log import read_events
+from folding_client.record.event_log import Event, read_events
 from folding_client.record.folder import RunFolder, file_trouble
 from folding_client.record.recorder import RECORD_FORMAT, Recorder
 from folding_client.record.redaction import MARK
@@ -189,7 +190,8 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
     """Carry a job out and keep a record of it."""
     job.folder.hold()
     require_models(job.settings)
-    recorder = Recorder(job.folder, about_run(job), progress)
+    about = about_run(job)
+    recorder = Recorder(job.folder, about, progress, span_listeners(about, _recorded_before(job)))
     try:
         role_models = make_role_models(job.settings, recorder, job.shared)
         async with run_server(job, recorder) as server:
@@ -204,6 +206,12 @@ async def _recorded(job: Job, progress: Progress) -> Outcome:
         raise
     finally:
         recorder.close()
+
+
+def _recorded_before(job: Job) -> Iterator[Event]:
+    """The events of a run that is resumed."""
+    if job.resumes and job.folder.events.exists():
+        yield from read_events(job.folder.events)
 
 
 async def _worked(

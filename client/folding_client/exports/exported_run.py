@@ -4,7 +4,7 @@ import base64
 import json
 import mimetypes
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -45,10 +45,13 @@ Turn = ModelTurn | ToolTurn
 
 @dataclass(frozen=True)
 class ExportedRun:
-    """A run's folder, what ``run.json`` says, and the turns in order of their beginning; ``first`` and ``last`` are times."""
+    """A run's folder, what ``run.json`` says, the events, and the turns in order of their beginning; ``first`` and ``last``
+    are times.
+    """
 
     folder: Path
     about: Mapping[str, Any]
+    events: Sequence[Event] = ()
     turns: list[Turn] = field(default_factory=list)
     first: datetime | None = None
     last: datetime | None = None
@@ -87,7 +90,9 @@ def exported_run(folder: Path) -> ExportedRun:
     file = folder / "events.jsonl"
     events = list(read_events(file)) if file.exists() else []
     times = [when(event) for event in events]
-    return ExportedRun(folder, about, _turns(events), min(times, default=None), max(times, default=None))
+    return ExportedRun(
+        folder, about, events, _turns(events), min(times, default=None), max(times, default=None)
+    )
 
 
 def when(event: Event) -> datetime:

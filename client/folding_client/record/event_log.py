@@ -6,12 +6,24 @@ import time
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 from folding_client.interrupts import UsageError
 from folding_client.record.redaction import redact
 
 Event = dict[str, Any]
+
+
+class EventListener(Protocol):
+    """Is told of every event of a run once it is on record."""
+
+    def told(self, event: Event) -> None:
+        """Take an event."""
+        ...
+
+    def close(self) -> None:
+        """The work on the run is over."""
+        ...
 
 
 class EventLog:

@@ -12,7 +12,7 @@ from typing import Any
 from folding_client.messages import Message, Picture, Reply, ToolCall, ToolResult, Usage
 from folding_client.progress import Progress, Silent
 from folding_client.protocol.requests import unanswered
-from folding_client.record.event_log import EventLog, read_events
+from folding_client.record.event_log import EventListener, EventLog, read_events
 from folding_client.record.fits import FitRecord
 from folding_client.record.folder import RunFolder
 from folding_client.record.totals import (
@@ -35,15 +35,22 @@ _LOGGED = frozenset(
 
 class Recorder:
     """The one writer of a run folder. ``about`` is what ``run.json`` says beside outcome and sums; ``progress`` is told
-    of every event.
+    of every event, and ``listeners`` of each once it is on record.
 
     ``unanswered`` is the call that was on its way when the run was last cut short, if one was.
     """
 
-    def __init__(self, folder: RunFolder, about: dict[str, Any], progress: Progress | None = None) -> None:
+    def __init__(
+        self,
+        folder: RunFolder,
+        about: dict[str, Any],
+        progress: Progress | None = None,
+        listeners: Sequence[EventListener] = (),
+    ) -> None:
         self.folder = folder
         self.about = about
         self._progress = progress or Silent()
+        self._listeners = listeners
         before = list(read_events(folder.events)) if folder.events.exists() else []
         self._log = EventLog(folder.events)
         self.unanswered = unanswered(before)
@@ -71,7 +78,9 @@ class Recorder:
         self._deciders |= decision(kind, data)
         _LOG.debug("%s %s", kind, {name: data[name] for name in _LOGGED & data.keys()})
         self._fits.add(kind, data)
-        self._log.append(kind, **data)
+        written = self._log.append(kind, **data)
+        for listener in self._listeners:
+            listener.told(written)
         self._progress.told(kind, data, self.totals)
 
     def request(self, role: str, messages: Sequence[Message], new_from: int) -> None:
@@ -151,8 +160,10 @@ class Recorder:
         self.folder.write_json("run.json", self.about)
 
     def close(self) -> None:
-        """Close the log."""
+        """Close the log, and tell the listeners that it is over."""
         self._log.close()
+        for listener in self._listeners:
+            listener.close()
 
     def _add(self, role: str, usage: Usage, seconds: float) -> None:
         self.totals[role] = self.totals.get(role, Totals()).plus(usage, seconds)

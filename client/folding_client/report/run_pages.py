@@ -25,6 +25,10 @@ DOWNLOADS: tuple[tuple[str, str], ...] = (
     ("events.jsonl", "every event"),
 )
 """The files of a run folder that a site offers, and what they are."""
+MOST_IN_ROW = 12
+"""Frames that the row of a run in the overview shows. With all 21 in each of 200 rows the overview had 1.15 MB, with 12 it has
+0.83 MB (``benchmarks/report_site.py --frames 21``).
+"""
 _RESULTS = ("program.json", "final.fold", "crease_pattern.fold", "crease_pattern.svg")
 
 
@@ -42,6 +46,11 @@ class RunPage:
     pictures: dict[int, FramePictures] = field(default_factory=dict)
     downloads: list[tuple[str, str, int]] = field(default_factory=list)
     troubles: list[str] = field(default_factory=list)
+
+    @property
+    def seed(self) -> int:
+        """The seed of what was drawn."""
+        return int(self.run.settings.get("seed") or 0)
 
     @property
     def usage(self) -> FrameUsage:
@@ -72,10 +81,28 @@ class RunPage:
         return self.run.about.outcome.frames_saved if self.run.about else len(self.tree.saved)
 
     @property
+    def in_row(self) -> list[FrameReport]:
+        """The frames that the row in the overview shows: first and last, those that do not match, and others evenly."""
+        if len(self.frames) <= MOST_IN_ROW:
+            return self.frames
+        first, *between, last = self.frames
+        doubtful = _evenly([each for each in between if each.mark in {"doubt", "missing"}], MOST_IN_ROW - 2)
+        others = [each for each in between if each.mark not in {"doubt", "missing"}]
+        shown = [first, *doubtful, *_evenly(others, MOST_IN_ROW - 2 - len(doubtful)), last]
+        return sorted(shown, key=lambda each: each.frame)
+
+    @property
     def match_share(self) -> float:
         """The matching steps over all steps of the sequence, 0 where there are none."""
         steps = max(len(self.frames) - 1, 0)
         return self.fits.matching / steps if steps else 0.0
+
+
+def _evenly(frames: Sequence[FrameReport], count: int) -> list[FrameReport]:
+    """So many of the frames, evenly spread over them; all if there are fewer."""
+    if len(frames) <= count:
+        return list(frames)
+    return [frames[(2 * number + 1) * len(frames) // (2 * count)] for number in range(count)]
 
 
 def gather_page(place: RunPlace, evaluations: Evaluations) -> RunPage:

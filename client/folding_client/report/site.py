@@ -48,7 +48,9 @@ class ReportOptions:
 
 @dataclass(frozen=True)
 class GroupTotals:
-    """A row of the table of groups: sums over its runs."""
+    """A row of the table of groups: sums over its runs, and means of scores. ``seeds`` are those of its runs; where there are
+    several, ``score_ranges`` has the least and the greatest of the means of one seed.
+    """
 
     name: str
     runs: int
@@ -58,7 +60,9 @@ class GroupTotals:
     matching: int
     steps: int
     usage: FrameUsage
+    seeds: tuple[int, ...]
     scores: dict[str, float]
+    score_ranges: dict[str, tuple[float, float]]
 
 
 class SiteBuilder:
@@ -118,7 +122,12 @@ class SiteBuilder:
         groups = group_totals(pages)
         metrics = list(dict.fromkeys(name for group in groups for name in group.scores))
         text = page_template("overview.html").render(
-            pages=pages, groups=groups, metrics=metrics, up="", live=self._options.live
+            pages=pages,
+            groups=groups,
+            metrics=metrics,
+            seeded=any(len(group.seeds) > 1 for group in groups),
+            up="",
+            live=self._options.live,
         )
         self.files.write("index.html", text)
 
@@ -168,9 +177,9 @@ def group_totals(pages: Sequence[RunPage]) -> list[GroupTotals]:
 
 
 def _totals_of(name: str, pages: Sequence[RunPage]) -> GroupTotals:
-    scored = [page.scores.last for page in pages if page.scores.last]
-    metrics = dict.fromkeys(metric for page in pages for metric in page.scores.metrics)
     costs = [page.usage.cost for page in pages if page.usage.cost is not None]
+    seeds = tuple(sorted({page.seed for page in pages}))
+    scores = _mean_scores(pages)
     return GroupTotals(
         name,
         len(pages),
@@ -186,12 +195,30 @@ def _totals_of(name: str, pages: Sequence[RunPage]) -> GroupTotals:
             sum(costs) if costs else None,
             sum(page.usage.seconds for page in pages),
         ),
-        {
-            metric: sum(scores.get(metric, 0.0) for scores in scored) / len(scored)
-            for metric in metrics
-            if scored
-        },
+        seeds,
+        scores,
+        _score_ranges(pages, seeds, scores) if len(seeds) > 1 else {},
     )
+
+
+def _mean_scores(pages: Sequence[RunPage]) -> dict[str, float]:
+    """The means of the scores of the last frames, over the runs that were evaluated."""
+    scored = [page.scores.last for page in pages if page.scores.last]
+    metrics = dict.fromkeys(metric for page in pages for metric in page.scores.metrics)
+    return {
+        metric: sum(scores.get(metric, 0.0) for scores in scored) / len(scored)
+        for metric in metrics
+        if scored
+    }
+
+
+def _score_ranges(
+    pages: Sequence[RunPage], seeds: Sequence[int], metrics: Iterable[str]
+) -> dict[str, tuple[float, float]]:
+    """By metric, the least and the greatest mean of one seed."""
+    means = [_mean_scores([page for page in pages if page.seed == seed]) for seed in seeds]
+    found = {metric: [each[metric] for each in means if metric in each] for metric in metrics}
+    return {metric: (min(values), max(values)) for metric, values in found.items() if len(values) > 1}
 
 
 def _pictures_in(entry: TraceEntry) -> Iterator[str]:

@@ -41,7 +41,7 @@ function arrange(list, rows) {
 }
 
 function inOrder(key) {
-  const byName = (a, b) => a.dataset.name.localeCompare(b.dataset.name) || Number(a.dataset.group) - Number(b.dataset.group);
+  const byName = (a, b) => a.dataset.name.localeCompare(b.dataset.name) || Number(a.dataset.group) - Number(b.dataset.group) || Number(a.dataset.seed) - Number(b.dataset.seed);
   if (key === "name") return byName;
   const number = (row) => (row.dataset[key] === "" ? -1 : Number(row.dataset[key]));
   const sign = HIGH_FIRST.has(key) ? -1 : 1;
@@ -59,12 +59,58 @@ function pairs(rows, left, right) {
 }
 
 function side(rows, name, group) {
-  const row = rows.find((each) => each.dataset.name === name && each.dataset.group === group);
-  if (row) return row;
+  const runs = rows.filter((each) => each.dataset.name === name && each.dataset.group === group);
+  if (runs.length > 1) return severalSeeds(runs);
+  if (runs.length) return runs[0];
   const none = document.createElement("p");
   none.className = "quiet";
   none.textContent = `${name}: no run that fits the filters`;
   return none;
+}
+
+/* Runs of one sequence that differ in their seed: mean and range of their figures, and behind them the runs. */
+const openSeeds = new Set();
+const FIGURES = {
+  match: ["match", (value) => `${Math.round(100 * value)} %`],
+  score: ["", (value) => value.toFixed(3)],
+  cost: ["cost", (value) => `$${value.toFixed(2)}`],
+  seconds: ["time", (value) => `${value.toFixed(value < 10 ? 1 : 0)} s`],
+};
+
+function severalSeeds(runs) {
+  const { name, model, group } = runs[0].dataset;
+  const box = document.createElement("article");
+  box.className = "seeds";
+  const title = document.createElement("h3");
+  title.textContent = runs[0].querySelector("h3").textContent;
+  const about = document.createElement("p");
+  about.className = "model small";
+  about.textContent = `${runs.length} runs of ${model}, mean and range`;
+  const figures = document.createElement("dl");
+  figures.className = "small";
+  for (const [key, [label, words]] of Object.entries(FIGURES)) {
+    const values = runs.map((run) => run.dataset[key]).filter((value) => value !== undefined && value !== "").map(Number);
+    if (values.length && (key !== "cost" || Math.max(...values))) figures.append(meanAndRange(label || byId("list").dataset.metric, values, words));
+  }
+  const behind = document.createElement("details");
+  const heading = document.createElement("summary");
+  heading.textContent = `Seeds ${runs.map((run) => run.dataset.seed).join(", ")}`;
+  behind.append(heading, ...runs);
+  const id = `${group} ${name}`;
+  behind.open = openSeeds.has(id);
+  behind.addEventListener("toggle", () => (behind.open ? openSeeds.add(id) : openSeeds.delete(id)));
+  box.append(title, about, figures, behind);
+  return box;
+}
+
+function meanAndRange(label, values, words) {
+  const [mean, least, most] = [values.reduce((sum, each) => sum + each, 0) / values.length, Math.min(...values), Math.max(...values)];
+  const figure = document.createElement("div");
+  const [term, told] = [document.createElement("dt"), document.createElement("dd")];
+  term.textContent = label;
+  told.textContent = least === most ? words(mean) : `${words(mean)} (${words(least)} to ${words(most)})`;
+  figure.append(term, told);
+  return figure;
 }
 
 function keepChoices() {
