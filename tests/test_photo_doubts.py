@@ -13,7 +13,7 @@ from folding_server.simulator.paper import new_paper
 from folding_server.vision.comparison import compare
 from folding_server.vision.photo_doubts import PhotoDoubts, doubts_about, doubts_about_start, without_match
 from folding_server.vision.seeing import see_sequence
-from folding_server.vision.sharpness import Side, edge_width
+from folding_server.vision.sharpness import PixelSide, edge_width
 from folding_server.vision.square import look_for_square
 from hosts import data_of, in_memory, text_of
 from pictures import write_image, write_manifest
@@ -25,7 +25,7 @@ LOOK = Look()
 SHEET = SIDE / 2
 """Pixels of the painted sheet's side."""
 CORNERS: Floats = SIDE * np.array([[1.0, 1], [3, 1], [3, 3], [1, 3], [1, 1]]) / 4 - 0.5
-SIDES: list[Side] = list(pairwise(CORNERS))
+SIDES: list[PixelSide] = list(pairwise(CORNERS))
 
 
 def blurred(photo: RgbImage, width: float) -> RgbImage:

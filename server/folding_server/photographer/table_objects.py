@@ -15,7 +15,7 @@ from folding_server.photographer.pinhole_camera import Matrix
 from folding_server.photographer.rng import stream
 from folding_server.photographer.table import TABLE_TEXTURE_SIDE, table_to_texture
 
-SIZES = {
+THING_SIZES = {
     "pen": (0.75, 0.045),
     "card": (0.57, 0.36),
     "ruler": (1.0, 0.16),
@@ -47,12 +47,12 @@ class TableObject:
     @property
     def reach(self) -> float:
         """Half of its length."""
-        return SIZES[self.kind][0] / 2
+        return THING_SIZES[self.kind][0] / 2
 
     @property
     def outline(self) -> Matrix:
         """Its outline (n, 2) on the table."""
-        length, width = SIZES[self.kind]
+        length, width = THING_SIZES[self.kind]
         if self.kind in ROUND:
             around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
             plain = np.column_stack([np.cos(around), np.sin(around)]) * length / 2
@@ -69,7 +69,7 @@ def table_objects(
     rng = stream(seed, "objects")
     lying: list[TableObject] = []
     for _ in range(int(rng.integers(1, level.objects + 1)) if level.objects else 0):
-        kind, color = str(rng.choice(list(SIZES))), str(rng.choice(COLORS))
+        kind, color = str(rng.choice(list(THING_SIZES))), str(rng.choice(COLORS))
         placed = _placed(rng, TableObject(kind, color, (0.0, 0.0), 0.0), lying, paper_reach)
         lying += [placed] if placed else []
     shown = [tuple(lying)]

@@ -15,7 +15,7 @@ from folding_server.vision.photos import Photos
 from folding_server.vision.pose import Pose
 from folding_server.vision.quads import LEAST_PICTURE_SHARE
 from folding_server.vision.seeing import SequenceObserver
-from folding_server.vision.sharpness import Side, edge_width
+from folding_server.vision.sharpness import PixelSide, edge_width
 from folding_server.vision.square import look_for_square
 from folding_server.vision.square_refusals import too_small
 
@@ -87,7 +87,7 @@ def without_match(match: Match, doubts: PhotoDoubts) -> Match:
     return replace(match, verdict="MISMATCH") if spoilt else match
 
 
-def _spoils(rgb: RgbImage, called: str, sides: Sequence[Side], unit: float) -> tuple[str, ...]:
+def _spoils(rgb: RgbImage, called: str, sides: Sequence[PixelSide], unit: float) -> tuple[str, ...]:
     """What spoils a photo, of whose paper some sides are seen."""
     found = [darkness(rgb, called), _smallness(rgb, called, unit), _blur(rgb, called, sides, unit)]
     if found[0] is None and is_drawing(rgb):
@@ -103,7 +103,7 @@ def _smallness(rgb: RgbImage, called: str, unit: float) -> str | None:
     return f"{called} is taken from too far away: {too_small(unit, rgb.shape)}" if small else None
 
 
-def _blur(rgb: RgbImage, called: str, sides: Sequence[Side], unit: float) -> str | None:
+def _blur(rgb: RgbImage, called: str, sides: Sequence[PixelSide], unit: float) -> str | None:
     width = edge_width(rgb, sides, unit)
     if width is None or width <= BLURRED or width * unit <= BLURRED_PIXELS:
         return None
@@ -113,7 +113,7 @@ def _blur(rgb: RgbImage, called: str, sides: Sequence[Side], unit: float) -> str
     )
 
 
-def _seen_sides(outline: Outline, pose: Pose) -> list[Side]:
+def _seen_sides(outline: Outline, pose: Pose) -> list[PixelSide]:
     """The visible sides of an outline in pixels of the photo."""
     corners = pose.to_photo(outline.corners)
     ends = [*corners, corners[0]]

@@ -20,13 +20,13 @@ CLEAR = 0.08
 """Part of a side at each end that is left out, where other edges are near."""
 MIDDLE_SHARE = 0.75
 """Quantile of the widths that counts: a photo that is moved is sharp along half of the edges."""
-STEP = 0.5
+SAMPLE_STEP = 0.5
 """Pixels between the samples of a profile."""
-Side = tuple[Floats, Floats]
+PixelSide = tuple[Floats, Floats]
 """The ends of a straight piece of outline, (2,) each, in pixels: column and row."""
 
 
-def edge_width(rgb: RgbImage, sides: Iterable[Side], pixels_per_unit: float) -> float | None:
+def edge_width(rgb: RgbImage, sides: Iterable[PixelSide], pixels_per_unit: float) -> float | None:
     """The width of the edges between paper and table, in sheet sides; None if none has contrast enough.
 
     Of each piece of a side the mean profile across it is taken. Its width is the step from table to paper divided by the
@@ -42,7 +42,7 @@ def edge_width(rgb: RgbImage, sides: Iterable[Side], pixels_per_unit: float) -> 
     return float(np.quantile(widths, MIDDLE_SHARE)) / pixels_per_unit if widths else None
 
 
-def _pieces(start: Floats, end: Floats, unit: float) -> Iterator[Side]:
+def _pieces(start: Floats, end: Floats, unit: float) -> Iterator[PixelSide]:
     """A side without its ends, cut into pieces."""
     along = np.asarray(end) - np.asarray(start)
     length = float(np.hypot(*along))
@@ -65,7 +65,7 @@ def _width(rgb: RgbImage, start: Floats, end: Floats, unit: float) -> float | No
     step = float(np.linalg.norm(contrast))
     if step < LEAST_CONTRAST:
         return None
-    slope = np.gradient(profile @ (contrast / step), STEP)
+    slope = np.gradient(profile @ (contrast / step), SAMPLE_STEP)
     return min(step / float(np.abs(slope).max()), 2 * reach)
 
 
@@ -75,7 +75,7 @@ def _profile(rgb: RgbImage, start: Floats, end: Floats, reach: float) -> Floats 
     length = float(np.hypot(*along))
     across = np.array([-along[1], along[0]]) / length
     at = np.linspace(0, 1, max(2, round(length)))[:, None, None]
-    offsets = np.arange(-reach, reach + STEP, STEP)[None, :, None]
+    offsets = np.arange(-reach, reach + SAMPLE_STEP, SAMPLE_STEP)[None, :, None]
     places = (start + at * along + offsets * across).astype(np.float32)
     rows, cols = rgb.shape[:2]
     inside = (places >= 0).all() and (places[..., 0] <= cols - 1).all() and (places[..., 1] <= rows - 1).all()
