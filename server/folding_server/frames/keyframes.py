@@ -21,7 +21,7 @@ STILL_SECONDS = 0.4
 """How long everything must rest for a keyframe, unless another time is asked for."""
 STILL_RANGE = (0.1, 10.0)
 """The shortest rests that may be asked for: two images at RATE, and longer than anybody waits between two folds."""
-FEWEST = 2
+FEWEST_STATES = 2
 """States that a film of a folding shows at least: the flat sheet, and the paper after a step."""
 HELD_SECONDS = 1.0
 """How long hands must rest for a moment with hands in the picture to count as a keyframe of its own."""
@@ -63,7 +63,7 @@ def keyframe_proposal(
     watch = MotionWatch(clip.times[-1])
     watched = still_spans(watch.over(_told(clip, clip.moments(WATCHED_SIDE, RATE), progress)), still_seconds)
     rests = [still.index for still in choose(watched)] if watched.stills else []
-    if len(rests) >= FEWEST:
+    if len(rests) >= FEWEST_STATES:
         return KeyframeProposal(tuple(rests))
     calm = watch.stillest()
     found = [still.index for still in choose(StillSpans(calm, watched.border))] if calm else []

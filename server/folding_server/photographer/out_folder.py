@@ -10,7 +10,7 @@ TRUTH_FILE = "truth.json"
 """What every folder of photographs holds, and no other sequence."""
 WRITTEN = frozenset({"keyframes.json", "program.json", TRUTH_FILE})
 """The documents beside the pictures."""
-PICTURES = {"frames": re.compile(r"\d{6}\.jpg"), "masks": re.compile(r"\d{6}\.png")}
+PICTURE_NAMES = {"frames": re.compile(r"\d{6}\.jpg"), "masks": re.compile(r"\d{6}\.png")}
 """The folders of pictures, and what their files are called."""
 
 
@@ -34,9 +34,9 @@ def require_usable(folder: Path) -> None:
 def _not_ours(folder: Path) -> Iterator[Path]:
     """What lies in a folder and is nothing that photographing writes, in order of name."""
     for path in sorted(folder.iterdir()):
-        if path.name in PICTURES and path.is_dir():
+        if path.name in PICTURE_NAMES and path.is_dir():
             yield from (
-                each for each in sorted(path.iterdir()) if not PICTURES[path.name].fullmatch(each.name)
+                each for each in sorted(path.iterdir()) if not PICTURE_NAMES[path.name].fullmatch(each.name)
             )
         elif path.name not in WRITTEN or not path.is_file():
             yield path

@@ -10,7 +10,7 @@ from folding_schemas.actions import Program
 
 from folding_server.arrays import Float32s
 from folding_server.geometry.line import Point
-from folding_server.photographer.earlier_creases import Crease, earlier_creases
+from folding_server.photographer.earlier_creases import EarlierCrease, earlier_creases
 from folding_server.photographer.flap_rotation import FlapRotationView
 from folding_server.photographer.framing import bounding_centre, fits, fitting_fraction, on_table, pivots
 from folding_server.photographer.free_camera import Standpoint, seeing_all, standpoints
@@ -66,7 +66,7 @@ class Session:
     table: Float32s
     standpoints: tuple[Standpoint, ...] = ()
     objects: tuple[tuple[TableObject, ...], ...] = ()
-    earlier: tuple[Crease, ...] = ()
+    earlier: tuple[EarlierCrease, ...] = ()
 
     @property
     def unit(self) -> float:

@@ -23,11 +23,11 @@ THING_SIZES = {
     "cup": (0.5, 0.5),
 }
 """Length and width in sides of a sheet of 15 cm."""
-ROUND = frozenset({"coin", "cup"})
-COLORS = ("#20242a", "#b3272d", "#2d5fa8", "#d8b13a", "#e6e2d8", "#4f7f4a", "#9a9ca0")
-CLEAR = (0.1, 0.5)
+ROUND_KINDS = frozenset({"coin", "cup"})
+THING_COLORS = ("#20242a", "#b3272d", "#2d5fa8", "#d8b13a", "#e6e2d8", "#4f7f4a", "#9a9ca0")
+FREE_MARGIN = (0.1, 0.5)
 """Sheet sides between the paper's furthest reach and a thing."""
-MOVED = 0.3
+CHANCE_MOVED = 0.3
 """How likely a thing lies elsewhere in the next photo."""
 PLACES_TRIED = 40
 """Places that are tried for a thing until one is free; else it is left away."""
@@ -53,7 +53,7 @@ class TableObject:
     def outline(self) -> Matrix:
         """Its outline (n, 2) on the table."""
         length, width = THING_SIZES[self.kind]
-        if self.kind in ROUND:
+        if self.kind in ROUND_KINDS:
             around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
             plain = np.column_stack([np.cos(around), np.sin(around)]) * length / 2
         else:
@@ -69,13 +69,13 @@ def table_objects(
     rng = stream(seed, "objects")
     lying: list[TableObject] = []
     for _ in range(int(rng.integers(1, level.objects + 1)) if level.objects else 0):
-        kind, color = str(rng.choice(list(THING_SIZES))), str(rng.choice(COLORS))
+        kind, color = str(rng.choice(list(THING_SIZES))), str(rng.choice(THING_COLORS))
         placed = _placed(rng, TableObject(kind, color, (0.0, 0.0), 0.0), lying, paper_reach)
         lying += [placed] if placed else []
     shown = [tuple(lying)]
     for _ in range(1, keyframes):
         for number, each in enumerate(lying):
-            if rng.random() < MOVED:
+            if rng.random() < CHANCE_MOVED:
                 others = [*lying[:number], *lying[number + 1 :]]
                 lying[number] = _placed(rng, each, others, paper_reach) or each
         shown.append(tuple(lying))
@@ -87,7 +87,7 @@ def _placed(
 ) -> TableObject | None:
     """The thing at a place that is free, or None."""
     for _ in range(PLACES_TRIED):
-        away = paper_reach + thing.reach + rng.uniform(*CLEAR)
+        away = paper_reach + thing.reach + rng.uniform(*FREE_MARGIN)
         towards, angle = radians(rng.uniform(-180, 180)), float(rng.uniform(-180, 180))
         middle = (float(away * cos(towards)), float(away * sin(towards)))
         if all(np.hypot(*np.subtract(middle, o.middle)) > thing.reach + o.reach for o in others):

@@ -10,7 +10,7 @@ FEW_COLORS, COLOR_BITS = 4, 6
 """So many colours, told apart by so many bits a channel, cover COLORED of a drawing: paper, two sides, lines."""
 COLORED = 0.85
 """Light falls off across a photo, so that even its even parts have many colours."""
-LOOKED_AT = 800
+MIDDLE_SIDE = 800
 """Pixels of the longest side of the part in the middle that is looked at, as it was taken: scaling down takes the grain away."""
 
 
@@ -29,8 +29,8 @@ def is_drawing(rgb: RgbImage) -> bool:
 
 def _middle(rgb: RgbImage) -> RgbImage:
     """The part in the middle that is looked at."""
-    rows, cols = (max(0, (side - LOOKED_AT) // 2) for side in rgb.shape[:2])
-    return rgb[rows : rows + LOOKED_AT, cols : cols + LOOKED_AT]
+    rows, cols = (max(0, (side - MIDDLE_SIDE) // 2) for side in rgb.shape[:2])
+    return rgb[rows : rows + MIDDLE_SIDE, cols : cols + MIDDLE_SIDE]
 
 
 def _share_of_few_colors(rgb: RgbImage) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from folding_server.arrays import Floats, RgbImage
 
-REACH = 0.06
+SEARCH_REACH = 0.06
 """Sheet sides on either side of an edge that are looked at: wider edges count as so wide."""
 LEAST_REACH = 4.0
 """Pixels that are looked at in any case."""
@@ -16,7 +16,7 @@ PIECE = 0.15
 """Sheet sides of an edge that are looked at together: longer pieces would show how crooked the edge is."""
 LEAST_CONTRAST = 14.0
 """sRGB steps between both sides of an edge that it takes to tell its width from noise."""
-CLEAR = 0.08
+CLEAR_STEP = 0.08
 """Part of a side at each end that is left out, where other edges are near."""
 MIDDLE_SHARE = 0.75
 """Quantile of the widths that counts: a photo that is moved is sharp along half of the edges."""
@@ -46,8 +46,8 @@ def _pieces(start: Floats, end: Floats, unit: float) -> Iterator[PixelSide]:
     """A side without its ends, cut into pieces."""
     along = np.asarray(end) - np.asarray(start)
     length = float(np.hypot(*along))
-    count = max(1, round(length * (1 - 2 * CLEAR) / (PIECE * unit)))
-    cuts = np.linspace(CLEAR, 1 - CLEAR, count + 1)
+    count = max(1, round(length * (1 - 2 * CLEAR_STEP) / (PIECE * unit)))
+    cuts = np.linspace(CLEAR_STEP, 1 - CLEAR_STEP, count + 1)
     if length * (cuts[1] - cuts[0]) < LEAST_REACH:
         return
     for first, last in pairwise(cuts):
@@ -56,7 +56,7 @@ def _pieces(start: Floats, end: Floats, unit: float) -> Iterator[PixelSide]:
 
 def _width(rgb: RgbImage, start: Floats, end: Floats, unit: float) -> float | None:
     """The width in pixels of the edge along a piece; None where table and paper are too much alike, or it leaves the picture."""
-    reach = max(LEAST_REACH, REACH * unit)
+    reach = max(LEAST_REACH, SEARCH_REACH * unit)
     profile = _profile(rgb, start, end, reach)
     if profile is None:
         return None
