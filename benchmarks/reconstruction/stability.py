@@ -1,11 +1,11 @@
 """Whether a reconstruction stays the same when its photos are saved, shifted, scaled or lit a little differently. Prints JSON.
 
-    python benchmarks/stability.py [--sequences NAME ...] [--changes NAME ...] [--mode solver|run]
+    python benchmarks/reconstruction/stability.py [--sequences NAME ...] [--changes NAME ...] [--mode solver|run]
 
 The sequences are the examples that README names. Each is reconstructed from its photos as they are, and once for each change
 of them: saved anew as JPEG of quality 85 or as PNG, moved by a pixel, made larger or smaller by 2 %, with a gamma of 0.9 or 1.1.
 `same` says that every state is that of the photos as they are, `exact` that the last state is the true one, both by
-`reconstruction/exactness.py`; `parted_at` is the first frame whose state is another, and what was done there and found.
+`exactness.py`; `parted_at` is the first frame whose state is another, and what was done there and found.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from exactness import exactness
 from folding_schemas.actions import Program, action_text
 from folding_server.arrays import RgbImage
 from folding_server.frames.image_files import decode, encode_jpeg, encode_png
@@ -26,14 +27,9 @@ from folding_server.frames.manifest import FILE_NAME, read_manifest
 from folding_server.interchange.programs import load_program
 from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper
+from reconstructing import Reconstruction, reconstruct
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE / "reconstruction"))
-
-from exactness import exactness  # noqa: E402  (beside the benchmark of reconstruction)
-from reconstructing import Reconstruction, reconstruct  # noqa: E402
-
-EXAMPLES = HERE.parent / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NAMES = ("cat", "cup", "heart")
 QUALITY = 85
 """Of a JPEG that is saved once more: what phones and messengers use, about."""
@@ -117,7 +113,7 @@ def compared(name: str, usual: Reconstruction, made: Reconstruction) -> dict[str
 
 
 def _step(made: Reconstruction, frame: int) -> list[str]:
-    return [action_text(action) for action in made.steps[frame - 2 : frame - 1] for action in action]
+    return [action_text(action) for step in made.steps[frame - 2 : frame - 1] for action in step]
 
 
 def measured(name: str, changes: Sequence[str], mode: str) -> dict[str, Any]:
