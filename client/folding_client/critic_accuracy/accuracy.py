@@ -266,6 +266,7 @@ class _Measured:
     stopped: str = ""
 
     def add(self, case: JudgedCase | LeftOut) -> None:
+        """One case more."""
         if isinstance(case, JudgedCase):
             self.cases.append(case)
         else:

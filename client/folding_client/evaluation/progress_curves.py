@@ -48,9 +48,11 @@ class _Scale:
     top: float
 
     def x(self, progress: float) -> float:
+        """The column, in units of the picture, of a progress from 0 to 1."""
         return LEFT + progress * (WIDTH - LEFT - RIGHT)
 
     def y(self, score: float) -> float:
+        """The row of a score, from 0 at the bottom."""
         return HEIGHT - BOTTOM - score / self.top * (HEIGHT - TOP - BOTTOM)
 
 
