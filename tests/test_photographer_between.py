@@ -23,7 +23,7 @@ from folding_server.photographer.placement import place
 from folding_server.simulator import Paper, apply, replay
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import see_sequence
-from folding_server.vision.solver.swings import contradiction, watched_places
+from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
