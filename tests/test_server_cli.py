@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from folding_schemas.results import Foldability
+from folding_schemas.foldability_results import Foldability
 from folding_schemas.state import FoldedState
 from folding_server.cli import main
 from folding_server.frames.sequences import load_sequence

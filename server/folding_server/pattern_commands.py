@@ -14,7 +14,7 @@ from folding_server.progress_line import ProgressLine
 from folding_server.typed_path import typed_path
 
 if TYPE_CHECKING:
-    from folding_schemas.results import Foldability
+    from folding_schemas.foldability_results import Foldability
 
     from folding_server.interchange.pattern_files import ReadPattern
     from folding_server.simulator.foldability import Counting, FoldabilityReport

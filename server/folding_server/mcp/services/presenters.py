@@ -2,11 +2,9 @@
 
 from typing import TYPE_CHECKING
 
+from folding_schemas.foldability_results import Foldability, LocalViolation, PatternFault
 from folding_schemas.results import (
     Comparison,
-    Foldability,
-    LocalViolation,
-    PatternFault,
     Proposal,
     SeenOutline,
 )

@@ -6,7 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from folding_schemas.results import Comparison, Foldability, Proposals
+from folding_schemas.foldability_results import Foldability
+from folding_schemas.results import Comparison, Proposals
 from folding_schemas.state_measures import StateMeasures
 
 from folding_server.errors import PhotoError

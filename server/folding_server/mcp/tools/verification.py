@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 from folding_schemas.actions import Actions
-from folding_schemas.results import Comparison, CriticGrid, Foldability
+from folding_schemas.foldability_results import Foldability
+from folding_schemas.results import Comparison, CriticGrid
 from mcp.types import CallToolResult
 from pydantic import Field
 
