@@ -53,6 +53,10 @@ def _google_genai(place: Place) -> Iterator[Check]:
     )
 
 
+TAKING_ANY_OBJECT = {"try_program"}
+"""Tools with an argument that may be any object, which strict schemas have no words for: they stay as they are."""
+
+
 def _openai_agents(place: Place) -> Iterator[Check]:
     """An agent with plain and with strict schemas."""
     for strict in (False, True):
@@ -70,7 +74,7 @@ def _agent(place: Place, strict: bool) -> Iterator[Check]:
     tools = {tool["name"]: tool for tool in model.received[0]["tools"]}
     loose = {name for name, tool in tools.items() if not tool.get("strict")}
     without_arguments = {name for name, tool in tools.items() if not tool["parameters"]["properties"]}
-    wanted = without_arguments if strict else tools.keys()
+    wanted = (without_arguments | TAKING_ANY_OBJECT) if strict else tools.keys()
     yield Check("tools with arguments are strict if they are to be", loose == wanted, str(sorted(loose)))
     yield from check_answers(received_answers(model))
     yield Check("the agent ends with the model's words", told["said"] == LAST_WORDS, str(told))
