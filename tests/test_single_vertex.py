@@ -163,6 +163,7 @@ def test_a_vertex_on_the_edge_of_the_sheet_is_named_too() -> None:
     assert check_pattern(rays([pi / 6, 0.0], "VM", (-30.0, -200.0), pi * 7 / 18)).foldable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letters", ["MM" + "VM" * 499, "U" * 1000], ids=["lettered", "without letters"])
 @pytest.mark.parametrize("at", [(0.0, 0.0), (37.0, 61.0)], ids=["in the middle", "off centre"])
 def test_a_thousand_creases_at_one_point_fold_flat_quickly(letters: str, at: Point) -> None:
