@@ -17,7 +17,6 @@ from folding_server.vision.evidence import Evidence
 from folding_server.vision.pose_estimation.estimate import (
     PoseEstimate,
     SeenFaces,
-    camera_evidence,
     estimates,
     roll_evidence,
     same_model,
@@ -193,12 +192,8 @@ class _Judge:
                 IDENTITY,
                 estimate.agreement,
                 PLAN_WORDS[hypothesis.action_class],
-                camera_evidence(estimate.camera, self.before),
-            ).noting(
-                free_line=float(not hypothesis.constructed),
-                own_camera_free_line=float(not hypothesis.constructed),
-            )
-            plan = _settled(plan, views)
+            ).noting(free_line=float(not hypothesis.constructed))
+            plan = _settled(_under(plan, estimate.evidence), views)
             plan = replace(plan, agreement=max(plan.agreement, estimate.agreement))
             yield plan
             if hypothesis.action_class == "none":
@@ -213,8 +208,7 @@ class _Judge:
         start = FoldFound(hypothesis.moving, IDENTITY, estimate.agreement, exact=hypothesis.constructed)
         for fold in search.near(start):
             for plan in as_plans([fold], self.paper, views, fold.motion):
-                camera = camera_evidence(estimate.camera, self.before)
-                yield _under(plan, camera)
+                yield _under(plan, estimate.evidence)
 
     def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
         """Nothing but a turn against the photo before, if people would call it a rotation."""
@@ -243,10 +237,7 @@ class _Judge:
     def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
         """Plans found under the camera of the best hypothesis, and the best of them under its own."""
         views = self.views(estimate.camera, face_stack(self.paper))
-        plans = [
-            _under(p, camera_evidence(estimate.camera, self.before))
-            for p in explain(self.paper, IDENTITY, views)
-        ]
+        plans = [_under(p, estimate.evidence) for p in explain(self.paper, IDENTITY, views)]
         best = plans[0]
         for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
             again = measured(
