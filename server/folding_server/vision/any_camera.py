@@ -58,6 +58,6 @@ def _under_own_camera(paper: Paper, observer: SequenceObserver, frame: int) -> P
     if not found:
         return None
     view, estimate = max(found, key=lambda pair: pair[1].value)
-    own = observer.under(estimate.camera.pose(view.frame), stack.surroundings)
+    own = observer.under(estimate.camera.pose(view.frame), view, stack.surroundings)
     seen = replace(own.frame(frame), scales=(1.0, 1.0))
     return PhotoComparison(compare(paper, seen), seen, own, estimate)

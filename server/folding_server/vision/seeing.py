@@ -16,7 +16,7 @@ from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
 from folding_server.vision.photos import Film, Photos
 from folding_server.vision.pose import Pose, pose_of
-from folding_server.vision.pose_estimation.picture_view import PictureView, anywhere, picture_views
+from folding_server.vision.pose_estimation.picture_view import PictureView, picture_views
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
 from folding_server.vision.square import look_for_square
@@ -101,7 +101,8 @@ class _Working:
 class SequenceObserver:
     """A sequence's pose and palette; segments photos when they are asked for, and remembers them.
 
-    ``remarks`` are sentences about what else in the first photo might be the sheet.
+    ``remarks`` are sentences about what else in the first photo might be the sheet; ``picture`` is the one photo that is looked
+    at, where it was segmented before its camera was known.
     """
 
     photos: Photos
@@ -111,12 +112,13 @@ class SequenceObserver:
     memory: TableMemory | None = field(default=None, repr=False, compare=False)
     reach: Reach = FIELD_OF_VIEW
     remarks: tuple[str, ...] = ()
+    picture: PictureView | None = field(default=None, repr=False, compare=False)
     _seen: dict[tuple[int, float], Observation] = field(default_factory=dict, repr=False, compare=False)
     _between: dict[tuple[int, float, int], tuple[Observation, ...]] = field(
         default_factory=dict, repr=False, compare=False
     )
     _working: dict[int, _Working] = field(default_factory=dict, repr=False, compare=False)
-    _others: dict[tuple[Pose, Reach], "SequenceObserver"] = field(
+    _others: dict[tuple[Pose, Reach, Grid], "SequenceObserver"] = field(
         default_factory=dict, repr=False, compare=False
     )
     _pictures: dict[int, tuple[PictureView, ...]] = field(default_factory=dict, repr=False, compare=False)
@@ -128,15 +130,13 @@ class SequenceObserver:
         """Whether front and back can be told apart."""
         return self.palette.back is not None
 
-    def under(self, pose: Pose, reach: Reach = FIELD_OF_VIEW) -> "SequenceObserver":
-        """The same photos as another camera shows them, of which only one is of use, within left, bottom, right and top of the
-        plane; the last few are remembered.
-        """
-        key = (pose, reach)
+    def under(self, pose: Pose, picture: PictureView, reach: Reach = FIELD_OF_VIEW) -> "SequenceObserver":
+        """One photo as a camera of its own shows it, within left, bottom, right and top of the plane; the last few are remembered."""
+        key = (pose, reach, picture.scene.grid)
         if key not in self._others:
             _drop_oldest(self._others, OTHERS_KEPT)
             self._others[key] = SequenceObserver(
-                self.photos, pose, anywhere(self.palette), NEW_CAMERA, reach=reach
+                self.photos, pose, self.palette, NEW_CAMERA, reach=reach, picture=picture
             )
         return self._others[key]
 
@@ -204,7 +204,10 @@ class SequenceObserver:
         grid = _working_grid(self.pose, self.reach)
         rgb, seen = self.pose.rectify(photo, grid)
         mixed = 1 if self.pose.pixels_per_unit > SHARP * grid.pixels_per_unit else 2
-        found = segment(rgb, seen, grid, self.palette, self.memory, mixed=mixed)
+        if self.picture:
+            found = self.picture.rectified(self.pose, grid)
+        else:
+            found = segment(rgb, seen, grid, self.palette, self.memory, mixed=mixed)
         finest = _finest_grid(self.pose, self.reach)
         edges = self._lines(photo, found) if lines else np.zeros((finest.rows, finest.cols), np.float32)
         return _Working(rgb, found.shares, found.unknown, found.clearness, found.same_table, edges, ~seen)

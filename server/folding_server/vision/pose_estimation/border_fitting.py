@@ -1,6 +1,7 @@
 """The camera to a fraction of a pixel: drawn borders pulled onto those of the photo (edge ICP, Gauss-Newton)."""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -12,12 +13,15 @@ from folding_server.vision.raster import draw_labels
 from folding_server.vision.registration.edge_matching import border_of, class_maps, crossings
 from folding_server.vision.registration.scene import FaceStack, Scene
 
-REACHES = (0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.02, 0.015, 0.015, 0.015)
-"""How far, in shares of the paper's extent, points look along their normals in each round."""
+ROUGH_REACHES = (0.12, 0.08, 0.05)
+FIRST_REACHES, LAST_REACHES = (0.12, 0.08, 0.06, 0.04), (0.03, 0.02, 0.02, 0.015, 0.015, 0.015)
+"""How far, in shares of the paper's extent, points look along their normals in each round: of a rough fit, and of the two halves
+of a full one.
+"""
 FEWEST_POINTS = 16
 """With fewer points that find their border nothing is moved."""
-STEPS = (1e-4, 1e-4, 1e-4, 1e-4, 1e-3, 1e-3)
-"""Changes of the camera's vector for its slopes: far below a pixel, far above rounding."""
+SETTLED = 2e-4
+"""Change of the camera's vector, in picture units and radians, below which another round as far moves nothing: a fiftieth of a pixel."""
 LIKELY_TILT = 0.35
 """Standard deviation, in radians, that the tilt is taken to have: 20 degrees. People look down at what they fold."""
 POINT_ERROR = 0.01
@@ -42,22 +46,31 @@ def drawn(stack: FaceStack, camera: PinholeCamera, scene: Scene) -> LabelImage:
     return labels if scene.two_coloured else as_one_colour(labels)
 
 
-def fitted(
-    stack: FaceStack, scene: Scene, camera: PinholeCamera, reaches: tuple[float, ...] = REACHES
-) -> Fitted:
+def fitted(stack: FaceStack, scene: Scene, camera: PinholeCamera, reaches: tuple[float, ...]) -> Fitted:
     """The camera near a first guess under which the borders of a stack lie on those of the photo."""
     extent = _extent(scene)
     seen = list(class_maps(scene.labels, scene.known))
-    best = Fitted(camera, scene.agreement_of(drawn(stack, camera, scene)))
+    labels = drawn(stack, camera, scene)
+    best = Fitted(camera, scene.agreement_of(labels))
+    settled = inf
     for share in reaches:
-        moved = _pulled(stack, scene, camera, seen, share * extent, extent)
+        if share >= settled:
+            continue
+        moved = _pulled(labels, scene, camera, seen, share * extent, extent)
         if moved is None:
             break
+        settled = share if _change(camera, moved) < SETTLED else inf
         camera = moved
-        agreement = scene.agreement_of(drawn(stack, camera, scene))
+        labels = drawn(stack, camera, scene)
+        agreement = scene.agreement_of(labels)
         if agreement > best.agreement:
             best = Fitted(camera, agreement)
     return best
+
+
+def _change(first: PinholeCamera, second: PinholeCamera) -> float:
+    """The largest change of a coordinate from one camera to another."""
+    return max(abs(a - b) for a, b in zip(first.vector(), second.vector(), strict=True))
 
 
 def _extent(scene: Scene) -> float:
@@ -67,15 +80,15 @@ def _extent(scene: Scene) -> float:
 
 
 def _pulled(
-    stack: FaceStack, scene: Scene, camera: PinholeCamera, seen: list[Image], reach: float, extent: float
+    labels: LabelImage, scene: Scene, camera: PinholeCamera, seen: list[Image], reach: float, extent: float
 ) -> PinholeCamera | None:
-    """The camera after one round; None if too few borders find theirs."""
+    """The camera after one round, under which a stack looked as ``labels``; None if too few borders find theirs."""
     grid = scene.grid
     span = np.arange(
         -max(2, round(reach * grid.pixels_per_unit)), max(2, round(reach * grid.pixels_per_unit)) + 1.0
     )
     places, normals, ways = [], [], []
-    for image, photo in zip(class_maps(drawn(stack, camera, scene), scene.known), seen, strict=True):
+    for image, photo in zip(class_maps(labels, scene.known), seen, strict=True):
         border = border_of(image, scene.known)
         if not len(border.points):
             continue
@@ -97,7 +110,7 @@ def _solved(
     """Weighted least squares over the camera's vector, far points counting less, with the prior on the tilt."""
     start = np.array(camera.vector())
     points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), places)
-    slopes = np.stack([_slope(camera, start, i, points, normals) for i in range(len(start))], axis=1)
+    slopes = _slopes(camera, points, normals)
     weights = 1 / (1 + (3 * ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
     weights *= min(1.0, 40 / len(ways))
     normal = slopes.T @ (weights[:, None] * slopes)
@@ -113,12 +126,11 @@ def _solved(
     return camera.moved(vector)
 
 
-def _slope(camera: PinholeCamera, start: Floats, i: int, points: Floats, normals: Floats) -> Floats:
-    """How far each point moves along its normal per unit of one coordinate of the camera's vector."""
-    up, down = start.copy(), start.copy()
-    up[i] += STEPS[i]
-    down[i] -= STEPS[i]
-    moved = projected(camera.moved(tuple(up)).homography, points) - projected(
-        camera.moved(tuple(down)).homography, points
-    )
-    return np.asarray((moved * normals).sum(axis=1) / (2 * STEPS[i]), np.float64)
+def _slopes(camera: PinholeCamera, points: Floats, normals: Floats) -> Floats:
+    """How far each point moves along its normal per unit of each coordinate of the camera's vector, (n, 6)."""
+    flat = np.column_stack([points, np.ones(len(points))])
+    seen = flat @ camera.homography.T
+    change = flat @ camera.slopes.transpose(0, 2, 1)
+    places = seen[:, :2] / seen[:, 2:]
+    moved = (change[..., :2] - places * change[..., 2:]) / seen[:, 2:]
+    return np.asarray((moved * normals).sum(axis=-1).T, np.float64)

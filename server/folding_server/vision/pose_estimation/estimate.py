@@ -10,7 +10,13 @@ from folding_server.arrays import Floats
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.vision.evidence import Evidence
 from folding_server.vision.grid import grid_over
-from folding_server.vision.pose_estimation.border_fitting import Fitted, fitted
+from folding_server.vision.pose_estimation.border_fitting import (
+    FIRST_REACHES,
+    LAST_REACHES,
+    ROUGH_REACHES,
+    Fitted,
+    fitted,
+)
 from folding_server.vision.pose_estimation.picture_view import PictureView
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, camera_of, projected
 from folding_server.vision.pose_estimation.shape_matching import (
@@ -29,8 +35,10 @@ FITTED, FULLY_FITTED = 48, 14
 """Matches of shape whose camera is fitted roughly, and those of them, the best, that are fitted in full: by shape alone
 the truth was among the first 6 of 22 transitions, all but those whose line no construction gives.
 """
-ROUGH_REACHES = (0.12, 0.08, 0.05)
-"""Rounds of a rough fit: how far points look, in shares of the paper's extent."""
+FAR_BEHIND = 0.05
+"""Cameras half fitted that are worth less than the best by more, in shares of the paper, are left so: the second half of a fit
+moves the camera by at most 3 % of the extent.
+"""
 EITHER_TILT = 6.0
 """Degrees of tilt from which a camera is fitted from both tilts that foreshorten alike."""
 USUAL_TILT, STEEP = 20.0, 28.0
@@ -91,12 +99,24 @@ def estimates(
     coarse = coarser(view.scene)
     begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches[:FITTED]]
     begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
-    found = []
-    for match, start in begun[:FULLY_FITTED]:
-        best = _fitted(stacks[match.index], view.scene, start.camera)
-        evidence = camera_evidence(best.camera, before)
-        found.append(PoseEstimate(match.index, best.camera, best.agreement, evidence, costs[match.index]))
-    return sorted(found, key=lambda estimate: -estimate.value)
+
+    def estimate(index: int, fit: Fitted) -> PoseEstimate:
+        return PoseEstimate(
+            index, fit.camera, fit.agreement, camera_evidence(fit.camera, before), costs[index]
+        )
+
+    half = [
+        estimate(match.index, _half_fitted(stacks[match.index], view.scene, start.camera))
+        for match, start in begun[:FULLY_FITTED]
+    ]
+    enough = max((e.value for e in half), default=0.0) - FAR_BEHIND
+    found = [
+        estimate(e.index, fitted(stacks[e.index], view.scene, e.camera, LAST_REACHES))
+        if e.value >= enough
+        else e
+        for e in half
+    ]
+    return sorted(found, key=lambda e: -e.value)
 
 
 def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:
@@ -105,14 +125,14 @@ def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatc
     return fitted(stack, coarse, camera_of(match.affine, match.pivot, at, view.frame.focal), ROUGH_REACHES)
 
 
-def _fitted(stack: FaceStack, scene: Scene, first: PinholeCamera) -> Fitted:
-    """The better of the cameras fitted from a first guess and from the tilt that foreshortens as it does."""
+def _half_fitted(stack: FaceStack, scene: Scene, first: PinholeCamera) -> Fitted:
+    """The better of the cameras half fitted from a first guess and from the tilt that foreshortens as it does."""
     starts = [first]
     if first.tilt > EITHER_TILT:
         x, y, roll, size, tilt_x, tilt_y = first.vector()
         starts.append(first.moved((x, y, roll, size, -tilt_x, -tilt_y)))
     return max(
-        (fitted(stack, scene, start) for start in starts),
+        (fitted(stack, scene, start, FIRST_REACHES) for start in starts),
         key=lambda f: f.agreement + camera_evidence(f.camera, None).score,
     )
 

@@ -1,24 +1,26 @@
 """A photo's label image in the photo's own coordinates, whatever the camera."""
 
 from dataclasses import dataclass, replace
+from math import ceil
 
 import cv2
 import numpy as np
 
-from folding_server.arrays import Floats, Mask, RgbImage
+from folding_server.arrays import Floats, Image, Mask, RgbImage
 from folding_server.vision.adapting import adapt
 from folding_server.vision.appearance import ColourModels, Look
 from folding_server.vision.grid import FIELD_OF_VIEW, Grid, grid_over
 from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
+from folding_server.vision.pose import Pose
 from folding_server.vision.pose_estimation.pinhole import PictureFrame
 from folding_server.vision.registration.scene import Scene
-from folding_server.vision.segmentation import class_costs, segment, smoothed_lab
+from folding_server.vision.segmentation import Segmented, class_costs, segment, smoothed_lab
 from folding_server.vision.surfaces import Surface
 
 FIRST_LOOK = 96.0
 """Pixels per picture unit at which the paper is looked for: 250 along the longer side of the picture."""
-PAPER_ACROSS = 120.0
-"""Pixels across the paper at which its outline is then taken: finer moves the camera by less than the solver's own search."""
+PAPER_ACROSS = 160.0
+"""Pixels across the paper at which it is then segmented: as many as the solver's fine view has across a sheet."""
 WINDOW_MARGIN = 0.35
 """How far around the paper the second look goes, in shares of its extent: light and colour of the table are told there."""
 LEAST_MARGIN = 0.1
@@ -27,16 +29,48 @@ LIKE_PAPER = 12.0
 """Cost, in nats, up to which a pixel may be paper in other light: as far as light is adapted to."""
 LEAST_PIECE_SHARE, MOST_PIECES = 0.2, 3
 """Pieces of less than the first share of the largest are not the sheet; so many are looked at."""
+UNKNOWN_FROM = 0.5
+"""Share of a pixel from which it is unknown if so much of it is."""
 NOTHING_SEEN = 30
 """Pixels of paper at the first look below which there is none."""
 
 
 @dataclass(frozen=True)
 class PictureView:
-    """The paper in one photo: its label image as a scene in the coordinates of ``frame``."""
+    """The paper in one photo: its label image as a scene in the coordinates of ``frame``, and what that was made of."""
 
     frame: PictureFrame
     scene: Scene
+    segmented: Segmented
+
+    def rectified(self, pose: Pose, grid: Grid) -> Segmented:
+        """The paper as seen straight from above by a camera, on a grid over the plane of the sheet. Beyond the window about the
+        paper there is table.
+        """
+        own = self.scene.grid
+        scale = pose.pixels_per_unit / self.frame.pixels_per_unit
+        times = max(1, ceil(own.pixels_per_unit * scale / grid.pixels_per_unit - 0.25))
+        fine = Grid(grid.left, grid.top, grid.pixels_per_unit * times, grid.rows * times, grid.cols * times)
+        there = (
+            own.matrix()
+            @ self.frame.pose.to_plane_matrix
+            @ pose.to_photo_matrix
+            @ np.linalg.inv(fine.matrix())
+        )
+
+        def seen(image: Image, beyond: tuple[float, ...]) -> Image:
+            flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            warped = cv2.warpPerspective(
+                image, there, (fine.cols, fine.rows), flags=flags, borderValue=beyond
+            )
+            small = cv2.resize(warped, (grid.cols, grid.rows), interpolation=cv2.INTER_AREA)
+            return np.asarray(small if times > 1 else warped, np.float32)
+
+        unknown = seen(self.segmented.unknown.astype(np.float32), (0.0,)) > UNKNOWN_FROM
+        shares = np.where(unknown[..., None], np.float32(0), seen(self.segmented.shares, (1.0, 0.0, 0.0)))
+        return Segmented(
+            shares, np.asarray(unknown), seen(self.segmented.clearness, (1.0,)), same_table=False
+        )
 
 
 def picture_views(photo: RgbImage, palette: ColourModels) -> tuple[PictureView, ...]:
@@ -49,10 +83,11 @@ def picture_views(photo: RgbImage, palette: ColourModels) -> tuple[PictureView, 
     views = []
     for piece in _pieces(photo, frame, grid, anywhere_palette):
         closer = _around(piece, grid, frame)
-        labels = _labels(photo, frame, closer, anywhere_palette)
-        own = _only(labels, closer, piece, grid)
-        if is_paper(own).any():
-            views.append(PictureView(frame, Scene(closer, own, palette.back is not None)))
+        rgb, seen = frame.pose.rectify(photo, closer)
+        own = _only(segment(rgb, seen, closer, anywhere_palette), closer, piece, grid)
+        labels = _labels(own)
+        if is_paper(labels).any():
+            views.append(PictureView(frame, Scene(closer, labels, palette.back is not None), own))
     return tuple(views)
 
 
@@ -75,20 +110,17 @@ def _pieces(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourMod
     return [np.asarray(numbered == 1 + i) for _, _, i in order[:MOST_PIECES]]
 
 
-def _labels(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourModels) -> LabelImage:
-    rgb, seen = frame.pose.rectify(photo, grid)
-    found = segment(rgb, seen, grid, palette)
-    labels = found.shares.argmax(axis=-1).astype(np.uint8)
-    labels[found.unknown] = UNKNOWN
-    return np.asarray(labels)
+def _labels(found: Segmented) -> LabelImage:
+    return np.where(found.unknown, UNKNOWN, found.shares.argmax(axis=-1)).astype(np.uint8)
 
 
-def _only(labels: LabelImage, closer: Grid, piece: Mask, grid: Grid) -> LabelImage:
-    """The labels with what is no part of a piece taken for something that hides the table."""
+def _only(found: Segmented, closer: Grid, piece: Mask, grid: Grid) -> Segmented:
+    """What was segmented, with what is no part of a piece taken for something that hides the table."""
     cols, rows = np.meshgrid(np.arange(closer.cols), np.arange(closer.rows))
     places = closer.to_plane(np.stack([cols, rows], axis=-1))
     there = grid.under(places, cv2.dilate(piece.astype(np.uint8), np.ones((5, 5), np.uint8))) > 0
-    return np.asarray(np.where(is_paper(labels) & ~there, UNKNOWN, labels), np.uint8)
+    unknown = found.unknown | (is_paper(_labels(found)) & ~there)
+    return replace(found, unknown=unknown, shares=np.where(unknown[..., None], np.float32(0), found.shares))
 
 
 def _around(paper: Mask, grid: Grid, frame: PictureFrame) -> Grid:

@@ -14,6 +14,9 @@ SAME_SIZE, SAME_ROLL, SAME_TILT = 0.08, 12.0, 20.0
 careless hands do as much.
 """
 CameraVector = tuple[float, ...]
+Axis = tuple[float, float, float]
+STEPS = (1e-4, 1e-4, 1e-4, 1e-4, 1e-3, 1e-3)
+"""Changes of the camera's vector for its slopes: far below a pixel, far above rounding."""
 
 FIELD = 2.6
 """Units along the longer side of a picture: as many as the solver's field of view has."""
@@ -70,12 +73,16 @@ class PinholeCamera:
     @property
     def homography(self) -> Floats:
         """(3, 3), from the plane of the sheet to the picture's coordinates, its middle at (0.5, 0.5)."""
-        depth = self.focal / exp(self.size)
-        axes = _rotation(self.tilt_x, self.tilt_y)[:, :2] @ _turn(self.roll)
-        middle = depth * np.array([self.x / self.focal, self.y / self.focal, 1.0])
-        origin = middle - axes @ np.array(self.pivot)
-        matrix = np.diag([self.focal, self.focal, 1.0]) @ np.column_stack([axes, origin])
-        return np.asarray(np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1.0]]) @ matrix, np.float64)
+        return np.array(_matrix(self))
+
+    @property
+    def slopes(self) -> Floats:
+        """(6, 3, 3): how the homography changes with each coordinate of :meth:`vector`, by central differences."""
+        start, rows = self.vector(), []
+        for i, step in enumerate(STEPS):
+            up, down = ((*start[:i], start[i] + sign * step, *start[i + 1 :]) for sign in (1, -1))
+            rows.append((np.array(_matrix(self.moved(up))) - _matrix(self.moved(down))) / (2 * step))
+        return np.stack(rows)
 
     def vector(self) -> CameraVector:
         """What a search may change: x, y, roll, size, tilt_x, tilt_y."""
@@ -133,15 +140,30 @@ def projected(matrix: Floats, points: Floats) -> Floats:
     return np.asarray(moved[:, :2] / moved[:, 2:], np.float64)
 
 
-def _turn(angle: float) -> Floats:
-    return np.array([[cos(angle), -sin(angle)], [sin(angle), cos(angle)]])
+def _matrix(camera: PinholeCamera) -> tuple[tuple[float, float, float], ...]:
+    """The homography by rows: the focal length times the plane's two axes and its origin, as the camera has them. Searches ask for
+    very many.
+    """
+    first, second = _axes(camera)
+    depth = camera.focal / exp(camera.size)
+    px, py = camera.pivot
+    middle = depth * camera.x / camera.focal, depth * camera.y / camera.focal, depth
+    x, y, z = ((a, b, m - px * a - py * b) for a, b, m in zip(first, second, middle, strict=True))
+    focal = camera.focal
+    return (
+        (focal * x[0] + 0.5 * z[0], focal * x[1] + 0.5 * z[1], focal * x[2] + 0.5 * z[2]),
+        (focal * y[0] + 0.5 * z[0], focal * y[1] + 0.5 * z[1], focal * y[2] + 0.5 * z[2]),
+        z,
+    )
 
 
-def _rotation(x: float, y: float) -> Floats:
-    """The rotation matrix of the rotation vector (x, y, 0), by Rodrigues."""
-    angle = hypot(x, y)
-    if angle < 1e-12:
-        return np.eye(3)
-    kx, ky = x / angle, y / angle
-    cross = np.array([[0, 0, ky], [0, 0, -kx], [-ky, kx, 0.0]])
-    return np.asarray(np.eye(3) + sin(angle) * cross + (1 - cos(angle)) * cross @ cross, np.float64)
+def _axes(camera: PinholeCamera) -> tuple[Axis, Axis]:
+    """The axes of the sheet's plane as the camera has them: the roll, then the rotation vector (tilt_x, tilt_y, 0) by Rodrigues."""
+    angle = hypot(camera.tilt_x, camera.tilt_y)
+    kx, ky = (camera.tilt_x / angle, camera.tilt_y / angle) if angle > 1e-12 else (1.0, 0.0)
+    s, versed = sin(angle), 1 - cos(angle)
+    right = 1 - versed * ky * ky, versed * kx * ky, -s * ky
+    up = versed * kx * ky, 1 - versed * kx * kx, s * kx
+    c, n = cos(camera.roll), sin(camera.roll)
+    (a, b, e), (f, g, h) = right, up
+    return (c * a + n * f, c * b + n * g, c * e + n * h), (c * f - n * a, c * g - n * b, c * h - n * e)

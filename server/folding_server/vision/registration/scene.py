@@ -23,9 +23,11 @@ _AROUND, _SMOOTH = 0.04, 0.7
 
 def spread_over(mask: Mask, most: int) -> tuple[Indices, Indices]:
     """The rows and columns of at most so many of a mask's pixels, evenly spread in reading order."""
-    rows, cols = np.nonzero(mask)
-    keep = np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int) if len(rows) else np.array([], int)
-    return rows[keep], cols[keep]
+    places = np.flatnonzero(mask)
+    if len(places) > most:
+        places = places[np.linspace(0, len(places) - 1, most).astype(int)]
+    rows, cols = np.divmod(places, mask.shape[1])
+    return rows, cols
 
 
 def soft(labels: LabelImage, blur: float) -> Image:

@@ -11,7 +11,8 @@ from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
-from folding_server.vision.pose import Pose
+from folding_server.vision.pose_estimation.picture_view import PictureView
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Scene, Views, face_stack
 from folding_server.vision.seeing import Observation, SequenceObserver
@@ -42,10 +43,15 @@ def views_after(paper: Paper, observer: SequenceObserver, frame: int) -> tuple[S
 
 
 def views_under(
-    pose: Pose, stack: FaceStack, observer: SequenceObserver, frame: int, expected: float
+    camera: PinholeCamera,
+    view: PictureView,
+    stack: FaceStack,
+    observer: SequenceObserver,
+    frame: int,
+    expected: float,
 ) -> Views:
     """A photo as a camera of its own shows it, about where a stack lies; ``expected`` is the agreement to hope for."""
-    own = observer.under(pose, stack.surroundings)
+    own = observer.under(camera.pose(view.frame), view, stack.surroundings)
     coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
     scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
     return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)

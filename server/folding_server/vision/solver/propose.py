@@ -5,14 +5,21 @@ from collections.abc import Sequence
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.motion import movement
-from folding_server.vision.registration.scene import Views
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed
-from folding_server.vision.solver.transition import COMPOUND_BELOW, EXPLAINED, SURELY_WRONG, explain
+from folding_server.vision.solver.transition import (
+    COMPOUND_BELOW,
+    EXPLAINED,
+    SURELY_WRONG,
+    judged,
+    pairs_of_actions,
+    single_actions,
+    worth_pairs,
+)
 
 CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
@@ -80,19 +87,26 @@ def explained(
 
 
 def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
-    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little;
-    best first.
+    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little; two folds
+    at once only where nothing else does. Best first.
     """
     last, views = views_after(paper, observer, frame)
     moved = frame > 2 and views.expected < STILL_EXPLAINED
     plans = _framed_anew(paper, observer, frame) if moved else []
-    if not plans or plans[0].agreement < COMPOUND_BELOW:
-        standing = _standing(paper, observer, frame, last, views, pairs=pairs)
+    if not _explains(plans):
+        standing = single_actions(paper, last, views)
         lost = SURELY_WRONG if observer.stands(frame) else EXPLAINED
-        if not moved and standing[0].agreement < lost:
+        if not moved and judged(standing)[0].agreement < lost:
             plans = _framed_anew(paper, observer, frame)
-        plans = best_first([*plans, *standing])
+        if pairs and not _explains(plans) and worth_pairs(standing, views):
+            standing += pairs_of_actions(standing, paper, last, views)
+        plans = best_first([*plans, *_not_contradicted(judged(standing), paper, observer, frame, last)])
     return tuple(_distinct(plans))
+
+
+def _explains(plans: Sequence[Plan]) -> bool:
+    """Whether the best plan explains so much that nothing else need be tried."""
+    return bool(plans) and plans[0].agreement >= COMPOUND_BELOW
 
 
 def _framed_anew(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
@@ -100,16 +114,15 @@ def _framed_anew(paper: Paper, observer: SequenceObserver, frame: int) -> list[P
     return [plan.noting(own_camera=1.0) for plan in explain_reframed(paper, observer, frame)]
 
 
-def _standing(
-    paper: Paper, observer: SequenceObserver, frame: int, last: Similarity, views: Views, *, pairs: bool
+def _not_contradicted(
+    plans: list[Plan], paper: Paper, observer: SequenceObserver, frame: int, last: Similarity
 ) -> list[Plan]:
     """Plans under the first photo's camera, held against the images in between; best first."""
-    plans = explain(paper, last, views, pairs=pairs)
     between = movement(observer, frame) if frame > 1 else None
-    if between is not None:
-        seen = watched_places(between, last)
-        plans = best_first([p.noting(moved_otherwise=contradiction(paper, p.paper, seen)) for p in plans])
-    return plans
+    if between is None:
+        return plans
+    seen = watched_places(between, last)
+    return best_first([p.noting(moved_otherwise=contradiction(paper, p.paper, seen)) for p in plans])
 
 
 def clearly_best(plans: tuple[Plan, ...]) -> bool:

@@ -33,7 +33,14 @@ from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.single_folds import as_plans
-from folding_server.vision.solver.transition import EXPLAINED, explain
+from folding_server.vision.solver.transition import (
+    COMPOUND_BELOW,
+    EXPLAINED,
+    judged,
+    pairs_of_actions,
+    single_actions,
+    worth_pairs,
+)
 from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import centered
 
@@ -157,25 +164,26 @@ class _Judge:
 
     def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> list[Plan]:
         """The hypotheses found as plans, and what is found under the camera of the likeliest if none explains enough."""
-        judged = [
+        tested = [
             (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
         ]
-        plans = [plan for plan, _ in judged]
+        plans = [plan for plan, _ in tested]
         folds = [e for e in found if tried[e.index].moving and e.agreement < FULLY_EXPLAINED]
         for estimate in folds[:FOLDS_REFINED]:
             plans += self.refined(tried[estimate.index], estimate)
         nothing = next(
             (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
         )
-        if max((p.agreement for p in plans), default=0.0) < EXPLAINED:
-            likeliest = max(judged, key=lambda pair: pair[0].score)[1] if judged else found[0]
-            plans += self.searched(likeliest)
+        reached = max((p.agreement for p in plans), default=0.0)
+        if reached < EXPLAINED:
+            likeliest = max(tested, key=lambda pair: pair[0].score)[1] if tested else found[0]
+            plans += self.searched(likeliest, pairs=reached < COMPOUND_BELOW)
         return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
 
     def views(self, camera: PinholeCamera, stack: FaceStack) -> Views:
         """The photo from straight above."""
         expected = self.known.agreement if self.known else 1.0
-        return views_under(camera.pose(self.view.frame), stack, self.observer, self.frame, expected)
+        return views_under(camera, self.view, stack, self.observer, self.frame, expected)
 
     def plans(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
         """A hypothesis as plans, measured under its camera.
@@ -234,10 +242,13 @@ class _Judge:
         ).noting(roll=roll_evidence(angle - action.angle))
         yield measured(turned, views, start)
 
-    def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
-        """Plans found under the camera of the best hypothesis, and the best of them under its own."""
+    def searched(self, estimate: PoseEstimate, *, pairs: bool) -> Iterator[Plan]:
+        """Plans found under the camera of the best hypothesis, of two actions too if ``pairs``, and the best of them under its own."""
         views = self.views(estimate.camera, face_stack(self.paper))
-        plans = [_under(p, estimate.evidence) for p in explain(self.paper, IDENTITY, views)]
+        single = single_actions(self.paper, IDENTITY, views)
+        if pairs and worth_pairs(single, views):
+            single += pairs_of_actions(single, self.paper, IDENTITY, views)
+        plans = [_under(p, estimate.evidence) for p in judged(single)]
         best = plans[0]
         for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
             again = measured(

@@ -50,35 +50,59 @@ LOST = 0.9
 """If the state before explained its own photo less than this it was wrong, and what takes long to find puts nothing right."""
 
 
-def explain(
-    paper: Paper, last: Similarity, views: Views, effort: Effort = Effort(), *, pairs: bool = True
-) -> list[Plan]:
-    """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first.
-
-    ``pairs`` lets two folds be searched for where one action does not explain COMPOUND_BELOW, or all that can be hoped for.
+def explain(paper: Paper, last: Similarity, views: Views, effort: Effort = Effort()) -> list[Plan]:
+    """Plans that lead from ``paper``, seen under the motion ``last`` in the photo before, to the photo, best first; of two folds
+    where one action does not explain enough.
     """
+    plans = single_actions(paper, last, views, effort)
+    if worth_pairs(plans, views):
+        plans += pairs_of_actions(plans, paper, last, views, effort)
+    return judged(plans)
+
+
+def judged(plans: Sequence[Plan]) -> list[Plan]:
+    """Plans of one photo weighed against nothing, the first of them; best first."""
+    return best_first([against_nothing(plan, plans[0]) for plan in plans])
+
+
+def enough_explained(views: Views) -> float:
+    """The agreement that ends a search: COMPOUND_BELOW, or all that can be hoped for in these photos."""
+    return min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
+
+
+def worth_pairs(plans: Sequence[Plan], views: Views) -> bool:
+    """Whether two actions are worth the search: no plan explains enough, and the paper was known in the photo before."""
+    return views.expected >= LOST and max(p.agreement for p in plans) < enough_explained(views)
+
+
+def single_actions(paper: Paper, last: Similarity, views: Views, effort: Effort = Effort()) -> list[Plan]:
+    """Plans of one action, the first of them none, not yet :func:`judged`."""
     motions = likely_motions(paper, last, views)
     nothing = measured(_nothing(paper, motions, views), views, last)
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
     best = max(plans, key=lambda p: p.looks)
-    enough = min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
     if not _clear(best, nothing):
         search = fold_search(paper, motions, views, effort)
         plans += as_plans(search.run(), paper, views, motions[0])
         if nothing.agreement > views.expected - AGREEMENT_NOISE or search.calm:
             plans = _within_a_colour(plans, paper, nothing.motion, views, last)
-    if views.handheld and max(p.agreement for p in plans) < enough:
+    if views.handheld and max(p.agreement for p in plans) < enough_explained(views):
         moved = drifts(face_stack(paper), views.coarse, last, HANDHELD_DRIFT)
         found = fold_search(paper, moved, views, replace(effort, share=0.6)).run()
         plans += as_plans(found, paper, views, moved[0])
-    if pairs and views.expected >= LOST and max(p.agreement for p in plans) < enough:
-        begun = [plan for plan in best_first(plans) if plan.actions][:1]
-        plans += two_folds(
-            paper, likely_motions(paper, last, views, (SLIGHT_DRIFT, DriftRange())), views, effort
-        )
-        if max(p.agreement for p in plans) < enough:
-            plans += [plan for start in begun for plan in fold_after(start, views, effort)]
-    return best_first([against_nothing(plan, nothing) for plan in plans])
+    return plans
+
+
+def pairs_of_actions(
+    plans: Sequence[Plan], paper: Paper, last: Similarity, views: Views, effort: Effort = Effort()
+) -> list[Plan]:
+    """Plans of two folds at once, and where those explain too little of a fold after the best of the plans of one action."""
+    begun = [plan for plan in best_first(plans) if plan.actions][:1]
+    motions = likely_motions(paper, last, views, (SLIGHT_DRIFT, DriftRange()))
+    found = list(two_folds(paper, motions, views, effort))
+    if max((p.agreement for p in found), default=0.0) < enough_explained(views):
+        found += [plan for start in begun for plan in fold_after(start, views, effort)]
+    return found
 
 
 def _within_a_colour(
