@@ -93,7 +93,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     last, views = views_after(paper, observer, frame)
     moved = frame > 2 and views.expected < STILL_EXPLAINED
     plans = _framed_anew(paper, observer, frame) if moved else []
-    if not _explains(plans):
+    if not plans or plans[0].agreement < SURELY_WRONG:
         standing = single_actions(paper, last, views)
         lost = SURELY_WRONG if observer.stands(frame) else EXPLAINED
         if not moved and judged(standing)[0].agreement < lost:

@@ -35,18 +35,14 @@ from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.single_folds import as_plans
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
-    EXPLAINED,
-    judged,
-    pairs_of_actions,
-    single_actions,
-    worth_pairs,
+    explain,
 )
 from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import centered
 
 HYPOTHESES_JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
-FOLDS_REFINED, FULLY_EXPLAINED = 2, 0.99
+FOLDS_REFINED, FULLY_EXPLAINED = 2, 0.995
 """So many folds of those are refined, where their line explains less than the second: it need not be one that was listed."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
@@ -175,9 +171,9 @@ class _Judge:
             (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
         )
         reached = max((p.agreement for p in plans), default=0.0)
-        if reached < EXPLAINED:
+        if reached < COMPOUND_BELOW:
             likeliest = max(tested, key=lambda pair: pair[0].score)[1] if tested else found[0]
-            plans += self.searched(likeliest, pairs=reached < COMPOUND_BELOW)
+            plans += self.searched(likeliest)
         return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
 
     def views(self, camera: PinholeCamera, stack: FaceStack) -> Views:
@@ -242,13 +238,10 @@ class _Judge:
         ).noting(roll=roll_evidence(angle - action.angle))
         yield measured(turned, views, start)
 
-    def searched(self, estimate: PoseEstimate, *, pairs: bool) -> Iterator[Plan]:
-        """Plans found under the camera of the best hypothesis, of two actions too if ``pairs``, and the best of them under its own."""
+    def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
+        """Plans found under the camera of the best hypothesis, and the best of them under its own."""
         views = self.views(estimate.camera, face_stack(self.paper))
-        single = single_actions(self.paper, IDENTITY, views)
-        if pairs and worth_pairs(single, views):
-            single += pairs_of_actions(single, self.paper, IDENTITY, views)
-        plans = [_under(p, estimate.evidence) for p in judged(single)]
+        plans = [_under(p, estimate.evidence) for p in explain(self.paper, IDENTITY, views)]
         best = plans[0]
         for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
             again = measured(
