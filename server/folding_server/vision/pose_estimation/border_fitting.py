@@ -1,5 +1,6 @@
 """The camera to a fraction of a pixel: drawn borders pulled onto those of the photo (edge ICP, Gauss-Newton)."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -28,6 +29,10 @@ POINT_ERROR = 0.01
 """Standard deviation of a border's place, in shares of the extent: the outline's own error and the paper's thickness."""
 
 
+LARGEST_STEP = np.array([0.2, 0.2, 0.2, 0.2, 0.15, 0.15])
+"""Change of the camera's vector in one round, at most."""
+
+
 @dataclass(frozen=True)
 class Fitted:
     """A camera, and how well the paper agrees with the photo under it, 0 to 1."""
@@ -48,7 +53,7 @@ def drawn(stack: FaceStack, camera: PinholeCamera, scene: Scene) -> LabelImage:
 
 def fitted(stack: FaceStack, scene: Scene, camera: PinholeCamera, reaches: tuple[float, ...]) -> Fitted:
     """The camera near a first guess under which the borders of a stack lie on those of the photo."""
-    extent = _extent(scene)
+    extent = extent_of(scene)
     seen = list(class_maps(scene.labels, scene.known))
     labels = drawn(stack, camera, scene)
     best = Fitted(camera, scene.agreement_of(labels))
@@ -73,57 +78,100 @@ def _change(first: PinholeCamera, second: PinholeCamera) -> float:
     return max(abs(a - b) for a, b in zip(first.vector(), second.vector(), strict=True))
 
 
-def _extent(scene: Scene) -> float:
+def extent_of(scene: Scene) -> float:
     """The longer side of the box about the paper, in picture units."""
     rows, cols = np.nonzero(scene.paper)
     return max(int(np.ptp(rows)), int(np.ptp(cols)), 1) / scene.grid.pixels_per_unit
+
+
+@dataclass(frozen=True)
+class BorderMatches:
+    """Points of drawn borders that found theirs in the photo: ``places`` (n, 2) and unit ``normals`` (n, 2) in picture units, and the
+    ``ways`` (n,) along them to the photo's. ``moved`` says for another drawing how far its borders lie along the same normals.
+    """
+
+    places: Floats
+    normals: Floats
+    ways: Floats
+    moved: Callable[[LabelImage], Floats]
+
+
+def matched_borders(
+    labels: LabelImage, scene: Scene, seen: Sequence[Image], reach: float
+) -> BorderMatches | None:
+    """The borders of a drawing matched with those of the photo, whose class maps are ``seen``, within a reach in picture units; None
+    if too few find theirs.
+    """
+    grid = scene.grid
+    width = max(2, round(reach * grid.pixels_per_unit))
+    span = np.arange(-width, width + 1.0)
+    maps = list(class_maps(labels, scene.known))
+    borders = [border_of(image, scene.known) for image in maps]
+    own = [crossings(image, border, span) for image, border in zip(maps, borders, strict=True)]
+    ways = [
+        crossings(photo, border, span) - here for photo, border, here in zip(seen, borders, own, strict=True)
+    ]
+    found = [np.isfinite(way) for way in ways]
+    if sum(int(f.sum()) for f in found) < FEWEST_POINTS:
+        return None
+
+    def moved(other: LabelImage) -> Floats:
+        others = class_maps(other, scene.known)
+        parts = [crossings(m, b, span) - here for m, b, here in zip(others, borders, own, strict=True)]
+        return np.concatenate([np.nan_to_num(p[f]) for p, f in zip(parts, found, strict=True)]) / (
+            grid.pixels_per_unit
+        )
+
+    kept = list(zip(borders, ways, found, strict=True))
+    return BorderMatches(
+        grid.to_plane(np.concatenate([b.points[f] for b, _, f in kept])),
+        np.concatenate([b.normals[f] for b, _, f in kept]) * (1, -1),
+        np.concatenate([w[f] for _, w, f in kept]) / grid.pixels_per_unit,
+        moved,
+    )
 
 
 def _pulled(
     labels: LabelImage, scene: Scene, camera: PinholeCamera, seen: list[Image], reach: float, extent: float
 ) -> PinholeCamera | None:
     """The camera after one round, under which a stack looked as ``labels``; None if too few borders find theirs."""
-    grid = scene.grid
-    span = np.arange(
-        -max(2, round(reach * grid.pixels_per_unit)), max(2, round(reach * grid.pixels_per_unit)) + 1.0
-    )
-    places, normals, ways = [], [], []
-    for image, photo in zip(class_maps(labels, scene.known), seen, strict=True):
-        border = border_of(image, scene.known)
-        if not len(border.points):
-            continue
-        way = (crossings(photo, border, span) - crossings(image, border, span)) / grid.pixels_per_unit
-        found = np.isfinite(way)
-        places.append(grid.to_plane(border.points[found]))
-        normals.append(border.normals[found] * (1, -1))
-        ways.append(way[found])
-    if sum(map(len, ways)) < FEWEST_POINTS:
+    matches = matched_borders(labels, scene, seen, reach)
+    if matches is None:
         return None
-    return _solved(
-        camera, np.concatenate(places), np.concatenate(normals), np.concatenate(ways), reach, extent
-    )
+    return step(camera, matches, reach, extent)[0]
 
 
-def _solved(
-    camera: PinholeCamera, places: Floats, normals: Floats, ways: Floats, reach: float, extent: float
-) -> PinholeCamera:
-    """Weighted least squares over the camera's vector, far points counting less, with the prior on the tilt."""
+def step(
+    camera: PinholeCamera,
+    matches: BorderMatches,
+    reach: float,
+    extent: float,
+    other: Floats | None = None,
+    priors: Floats | None = None,
+) -> tuple[PinholeCamera, Floats]:
+    """Weighted least squares over the camera's vector, far points counting less, with the prior on the tilt. ``other`` (n, k) are the
+    slopes of k more unknowns, ``priors`` (k,) the inverse squares of their standard deviations; their changes (k,) are given too.
+    """
     start = np.array(camera.vector())
-    points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), places)
-    slopes = _slopes(camera, points, normals)
-    weights = 1 / (1 + (3 * ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
-    weights *= min(1.0, 40 / len(ways))
+    points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), matches.places)
+    slopes = _slopes(camera, points, matches.normals)
+    if other is not None:
+        slopes = np.hstack([slopes, other])
+    weights = 1 / (1 + (3 * matches.ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
+    weights *= min(1.0, 40 / len(weights))
     normal = slopes.T @ (weights[:, None] * slopes)
-    gradient = slopes.T @ (weights * ways)
+    gradient = slopes.T @ (weights * matches.ways)
     for i in (4, 5):
         normal[i, i] += 1 / LIKELY_TILT**2
         gradient[i] -= start[i] / LIKELY_TILT**2
-    normal += 1e-9 * np.trace(normal) * np.eye(len(start))
+    more = np.arange(len(start), len(normal))
+    normal[more, more] += priors if priors is not None else 0.0
+    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))
     change = np.linalg.solve(normal, gradient)
-    limit = np.array([0.2, 0.2, 0.2, 0.2, 0.15, 0.15])
-    change *= min(1.0, float((limit / np.maximum(np.abs(change), 1e-12)).min()))
-    vector: CameraVector = tuple((start + change).tolist())
-    return camera.moved(vector)
+    largest = np.max(np.abs(change[: len(start)]) / LARGEST_STEP)
+    change *= min(1.0, 1.0 / max(float(largest), 1e-12))
+    vector: CameraVector = tuple((start + change[: len(start)]).tolist())
+    return camera.moved(vector), np.asarray(change[len(start) :], np.float64)
 
 
 def _slopes(camera: PinholeCamera, points: Floats, normals: Floats) -> Floats:

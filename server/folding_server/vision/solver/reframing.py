@@ -14,9 +14,11 @@ from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.vision.evidence import Evidence
+from folding_server.vision.pose_estimation.crease_fitting import Ends, fitted_with_crease
 from folding_server.vision.pose_estimation.estimate import (
     PoseEstimate,
     SeenFaces,
+    camera_evidence,
     estimates,
     roll_evidence,
     same_model,
@@ -27,9 +29,11 @@ from folding_server.vision.pose_estimation.pinhole import PinholeCamera, only_mo
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.creases import handles_of, shifted
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
 from folding_server.vision.solver.measuring import measured
+from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet
 from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.single_folds import as_plans
@@ -204,15 +208,25 @@ class _Judge:
                 yield from self._turned(plan, estimate, views)
 
     def refined(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
-        """Folds along lines near that of a hypothesis, found under its camera below the pixel."""
-        if hypothesis.moving is None:
+        """Folds along lines near that of a hypothesis: found together with the camera, then below the pixel under it."""
+        moving = hypothesis.moving
+        if moving is None:
             return
-        views = self.views(estimate.camera, hypothesis.stack)
+        layers = MovableLayers(self.paper)
+        handles = handles_of(layers, moving)
+
+        def moved(ends: Ends) -> MovingSet:
+            return layers.moving_from(shifted(handles, moving.line, *ends), moving.seed) or moving
+
+        fit = fitted_with_crease(lambda ends: layers.folded(moved(ends)), self.view.scene, estimate.camera)
+        camera, agreement = fit.fitted.camera, fit.fitted.agreement
+        evidence = camera_evidence(camera, self.before)
+        views = self.views(camera, layers.folded(moved(fit.ends)))
         search = FoldSearch(self.paper, views, (), Effort(), IDENTITY.scale)
-        start = FoldFound(hypothesis.moving, IDENTITY, estimate.agreement, exact=hypothesis.constructed)
+        start = FoldFound(moved(fit.ends), IDENTITY, agreement)
         for fold in search.near(start):
             for plan in as_plans([fold], self.paper, views, fold.motion):
-                yield _under(plan, estimate.evidence)
+                yield _under(plan, evidence)
 
     def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
         """Nothing but a turn against the photo before, if people would call it a rotation."""
