@@ -29,6 +29,10 @@ LIKE_PAPER = 12.0
 """Cost, in nats, up to which a pixel may be paper in other light: as far as light is adapted to."""
 LEAST_PIECE_SHARE, MOST_PIECES = 0.2, 3
 """Pieces of less than the first share of the largest are not the sheet; so many are looked at."""
+BORDER = 5
+"""Pixels across of a border between the two sides of the sheet at the first look, whose mixture may look like neither: parts that
+are no farther apart are one piece.
+"""
 UNKNOWN_FROM = 0.5
 """Share of a pixel from which it is unknown if so much of it is."""
 NOTHING_SEEN = 30
@@ -98,8 +102,9 @@ def _pieces(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourMod
     costs = class_costs(lab, grid, adapt(lab, seen, grid, palette))
     like = (costs.argmin(axis=-1) > 0) & (costs.min(axis=-1) < LIKE_PAPER) & seen
     whole = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    _, numbered, stats, _ = cv2.connectedComponentsWithStats(whole)
-    sizes = stats[1:, cv2.CC_STAT_AREA]
+    _, joined = cv2.connectedComponents(cv2.dilate(whole, np.ones((BORDER, BORDER), np.uint8)))
+    numbered = joined * whole
+    sizes = np.bincount(numbered.ravel(), minlength=2)[1:]
     if not len(sizes) or sizes.max() < NOTHING_SEEN:
         return []
     large = np.nonzero(sizes >= max(NOTHING_SEEN, LEAST_PIECE_SHARE * sizes.max()))[0]
