@@ -6,6 +6,7 @@ from folding_schemas.actions import AddVertex, Fold
 from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
+from folding_server.vision.labels import BACK, FRONT
 from folding_server.vision.pose_estimation.estimate import estimates
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, projected
 from folding_server.vision.registration.scene import face_stack
@@ -15,7 +16,7 @@ from framed_anew import SIDE, Standpoint, photo
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from reference_data import REFERENCE
-from vision_scenes import PhotoList
+from vision_scenes import Look, PhotoList
 
 STANDPOINTS = st.builds(
     Standpoint,
@@ -78,6 +79,22 @@ def test_a_fold_is_found_although_the_camera_was_turned_moved_and_tilted() -> No
     compared = compare_with_photo(plan.paper, observer, 2)
     assert compared.match.verdict == "MATCH"
     assert compared.estimate is not None
+
+
+def test_both_sides_of_a_sheet_are_one_piece_though_their_border_looks_like_neither() -> None:
+    green = Look(front=(245, 240, 235), back=(40, 130, 80), table=(40, 70, 110))
+    book = folded(
+        AddVertex(edge=(1, 2), position=0.6),
+        AddVertex(edge=(3, 4), position=0.4),
+        Fold(edge=(6, 5), direction=1),
+    )
+    observer = see_sequence(
+        PhotoList([photo(new_paper(), FIRST, green), photo(book, Standpoint(2.6, 70.0, 10.0), green, seed=1)])
+    )
+    (view,) = observer.pictures(2)
+    front, back = (int((view.scene.labels == side).sum()) for side in (FRONT, BACK))
+    assert front / back == pytest.approx(0.2 / 0.4, abs=0.05)
+    assert compare_with_photo(book, observer, 2).match.verdict == "MATCH"
 
 
 def test_a_state_is_told_from_another_under_a_new_camera() -> None:
