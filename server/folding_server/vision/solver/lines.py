@@ -8,11 +8,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from folding_server.arrays import Bools, Floats, Mask
+from folding_server.arrays import Bools, Float32s, Floats, Mask
 from folding_server.geometry.line import Line, Point
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.grid import Grid
 from folding_server.vision.labels import BACKGROUND, UNKNOWN, LabelImage, is_paper
 from folding_server.vision.registration.scene import Scene, spread_over
 from folding_server.vision.solver.symmetry import mirrored, sheet_axes, symmetry_axes
@@ -209,28 +210,24 @@ class ChangedPoints:
         must lie on the moving side or be the image of paper. The least of the three shares counts.
         """
         least = np.ones(len(lines))
+        seen = _Pixels(self.scene.grid, self.motion)
+        placed = seen.lines(lines)
         for points, rule in ((self.gone, self._gone), (self.came, self._came), (self.turned, self._turned)):
             if len(points) >= _ENOUGH:
-                parts = np.array_split(lines, max(1, len(lines) // 500))
-                least = np.minimum(least, np.concatenate([rule(part, points).mean(axis=1) for part in parts]))
+                spots = seen.points(points)
+                parts = np.array_split(placed, max(1, len(placed) // 500))
+                shares = [rule(_Mirrored(part, spots), seen.margin).mean(axis=1) for part in parts]
+                least = np.minimum(least, np.concatenate(shares))
         return least
 
-    def _gone(self, lines: Lines, points: Floats) -> Bools:
-        side, images = _mirrored(lines, points)
-        landed = self._look(self.scene.labels, images)
-        return np.asarray((side > -_MARGIN) & (landed != BACKGROUND))
+    def _gone(self, mirrored: "_Mirrored", margin: float) -> Bools:
+        return np.asarray((mirrored.side > -margin) & (mirrored.look(self.scene.labels) != BACKGROUND))
 
-    def _came(self, lines: Lines, points: Floats) -> Bools:
-        side, images = _mirrored(lines, points)
-        return np.asarray((side < _MARGIN) & is_paper(self._look(self.before, images)))
+    def _came(self, mirrored: "_Mirrored", margin: float) -> Bools:
+        return np.asarray((mirrored.side < margin) & is_paper(mirrored.look(self.before)))
 
-    def _turned(self, lines: Lines, points: Floats) -> Bools:
-        side, images = _mirrored(lines, points)
-        return np.asarray((side > -_MARGIN) | is_paper(self._look(self.before, images)))
-
-    def _look(self, labels: LabelImage, points: Floats) -> LabelImage:
-        """The label under each point of the paper's plane; background outside the picture."""
-        return self.scene.grid.under(transformed(points, self.motion), labels)
+    def _turned(self, mirrored: "_Mirrored", margin: float) -> Bools:
+        return np.asarray((mirrored.side > -margin) | is_paper(mirrored.look(self.before)))
 
 
 _ENOUGH = 8
@@ -241,10 +238,44 @@ _POINTS = 250
 """Places on the paper by which lines and what changed are compared."""
 
 
-def _mirrored(lines: Lines, points: Floats) -> tuple[Floats, Floats]:
-    """Signed distances (n, k) of points from lines, and their mirror images (n, k, 2)."""
-    side = lines[:, :2] @ points.T - lines[:, 2:3]
-    return side, points[None] - 2 * side[..., None] * lines[:, None, :2]
+class _Pixels:
+    """The paper's plane under a motion, in pixels of a grid: very many mirror images are looked up there."""
+
+    def __init__(self, grid: Grid, motion: Similarity) -> None:
+        a, b, c, d, e, f = motion
+        s = grid.pixels_per_unit
+        self._matrix = np.array([[a * s, b * s], [-c * s, -d * s]])
+        self._shift = np.array([(e - grid.left) * s - 0.5, (grid.top - f) * s - 0.5])
+        self._scale = s * motion.scale
+        self.margin = _MARGIN * self._scale
+
+    def points(self, points: Floats) -> Float32s:
+        """Points (k, 2) as (column, row)."""
+        return np.asarray(points @ self._matrix.T + self._shift, np.float32)
+
+    def lines(self, lines: Lines) -> Float32s:
+        """Lines (n, 3) with distances in pixels."""
+        normals = lines[:, :2] @ self._matrix.T / self._scale
+        offsets = lines[:, 2] * self._scale + normals @ self._shift
+        return np.column_stack([normals, offsets]).astype(np.float32)
+
+
+class _Mirrored:
+    """Points (k, 2) mirrored in lines (n, 3), all in pixels; ``side`` (n, k) are their signed distances from the lines."""
+
+    def __init__(self, lines: Float32s, points: Float32s) -> None:
+        self.side = lines[:, :2] @ points.T - lines[:, 2:]
+        self._cols = points[:, 0] - 2 * self.side * lines[:, :1]
+        self._rows = points[:, 1] - 2 * self.side * lines[:, 1:2]
+
+    def look(self, labels: LabelImage) -> LabelImage:
+        """The label under each mirror image, (n, k); background outside the picture."""
+        height, width = labels.shape
+        framed = np.full((height + 2, width + 2), BACKGROUND, np.uint8)
+        framed[1:-1, 1:-1] = labels
+        rows = np.clip(np.rint(self._rows), -1, height).astype(np.int32)
+        cols = np.clip(np.rint(self._cols), -1, width).astype(np.int32)
+        return np.asarray(framed.ravel().take((rows + 1) * (width + 2) + cols + 1))
 
 
 def changed_points(before: LabelImage, scene: Scene, motion: Similarity) -> ChangedPoints:
