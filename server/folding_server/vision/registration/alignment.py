@@ -114,8 +114,10 @@ def descend(
     here = start
     residual = (soft(drawn(here), blur) - target) * weight
     cost, damping = float(np.vdot(residual, residual)), 0.01
+    slopes = np.empty((len(free), residual.size), np.float32)
     for _ in range(6):
-        slopes = np.stack([_slope(drawn, here, i, steps[i], blur, weight) for i in free])
+        for row, i in zip(slopes, free, strict=True):
+            row[:] = _slope(drawn, here, i, steps[i], blur, weight)
         gradient, normal = slopes @ residual.ravel(), slopes @ slopes.T
         improved = False
         for _ in range(3):
@@ -140,7 +142,9 @@ def _slope(
 ) -> Image:
     """Half the change of the blurred drawing from one step below to one step above a coordinate, flattened."""
     up, down = soft(drawn(_moved(here, i, step)), blur), soft(drawn(_moved(here, i, -step)), blur)
-    return np.asarray(((up - down) * (0.5 * weight)).ravel())
+    up -= down
+    up *= 0.5 * weight
+    return up.ravel()
 
 
 def align(stack: FaceStack, scene: Scene, start: Similarity, freedom: Freedom) -> Aligned:

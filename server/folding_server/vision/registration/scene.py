@@ -33,9 +33,10 @@ def spread_over(mask: Mask, most: int) -> tuple[Indices, Indices]:
 def soft(labels: LabelImage, blur: float) -> Image:
     """A label image as two blurred maps, how much front and how much back there is near each pixel, (2, rows, cols)."""
     size = 2 * int(2 * blur + 0.5) + 1
-    return np.stack(
-        [cv2.GaussianBlur((labels == side).astype(np.float32), (size, size), blur) for side in (FRONT, BACK)]
-    )
+    maps = np.empty((2, *labels.shape), np.float32)
+    for plane, side in zip(maps, (FRONT, BACK), strict=True):
+        cv2.GaussianBlur((labels == side).astype(np.float32), (size, size), blur, dst=plane)
+    return maps
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Photos as the solver's views of them: two resolutions, cut out around the paper."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, floor
 
 import cv2
@@ -25,13 +25,32 @@ SEARCH_MARGIN = 0.2
 """How far around the paper to look, in sheet units."""
 
 
-def views_after(paper: Paper, observer: SequenceObserver, frame: int) -> tuple[Similarity, Views]:
-    """Where the sheet lay in the photo before, and the photo of a frame with what that one says of it."""
-    before, after = observer.frame(max(1, frame - 1), COARSE), observer.frame(frame, COARSE)
-    found = locate(paper, Scene(before.grid, before.labels, before.two_coloured)).motion
-    known = _scene(observer.frame(max(1, frame - 1), FINE), before)
-    settled = align(face_stack(paper), known, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
-    fine = replace(_scene(observer.frame(frame, FINE), before), sight=sight(paper, known, settled.motion))
+@dataclass(frozen=True)
+class SeenBefore:
+    """Where the sheet lay in the photo before a frame under the first photo's camera, with what agreement, and that photo."""
+
+    frame: int
+    motion: Similarity
+    agreement: float
+    coarse: Observation
+    fine: Scene
+
+
+def seen_before(paper: Paper, observer: SequenceObserver, frame: int) -> SeenBefore:
+    """A paper in the photo before a frame, which it is known to explain."""
+    earlier = max(1, frame - 1)
+    coarse = observer.frame(earlier, COARSE)
+    found = locate(paper, Scene(coarse.grid, coarse.labels, coarse.two_coloured)).motion
+    fine = _scene(observer.frame(earlier, FINE), coarse)
+    settled = align(face_stack(paper), fine, found, Freedom(shift=0.01, turn=1.0, scale=0.01))
+    return SeenBefore(frame, settled.motion, settled.agreement, coarse, fine)
+
+
+def views_after(paper: Paper, observer: SequenceObserver, known: SeenBefore) -> Views:
+    """The photo of a frame under the first photo's camera, with what the photo before says of it."""
+    frame, before = known.frame, known.coarse
+    after = observer.frame(frame, COARSE)
+    fine = replace(_scene(observer.frame(frame, FINE), before), sight=sight(paper, known.fine, known.motion))
     handheld = after.scales[0] != after.scales[1]
 
     def closely() -> tuple[Scene, Scene]:
@@ -39,7 +58,7 @@ def views_after(paper: Paper, observer: SequenceObserver, frame: int) -> tuple[S
         earlier, later = observer.closely(max(1, frame - 1)), observer.closely(frame)
         return _scene(earlier, before, lit=True), _scene(later, before, lit=True)
 
-    return settled.motion, Views(_scene(after, before), fine, handheld, settled.agreement, closely)
+    return Views(_scene(after, before), fine, handheld, known.agreement, closely)
 
 
 def views_under(

@@ -8,7 +8,7 @@ from folding_server.vision.motion import movement
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
-from folding_server.vision.solver.photo_views import views_after
+from folding_server.vision.solver.photo_views import seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed
 from folding_server.vision.solver.transition import (
@@ -90,10 +90,11 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     """Every class of action tried under the first photo's camera, and under any camera where that one explains too little; two folds
     at once only where nothing else does. Best first.
     """
-    last, views = views_after(paper, observer, frame)
-    moved = frame > 2 and views.expected < STILL_EXPLAINED
+    before = seen_before(paper, observer, frame)
+    moved = frame > 2 and before.agreement < STILL_EXPLAINED
     plans = _framed_anew(paper, observer, frame) if moved else []
     if not plans or plans[0].agreement < SURELY_WRONG:
+        last, views = before.motion, views_after(paper, observer, before)
         standing = single_actions(paper, last, views)
         lost = SURELY_WRONG if observer.stands(frame) else EXPLAINED
         if not moved and judged(standing)[0].agreement < lost:
