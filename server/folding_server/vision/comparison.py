@@ -107,8 +107,10 @@ def compare(paper: Paper, seen: Observation) -> Match:
         predicted = as_one_colour(predicted)
     mean, worst = outline_distances(predicted, seen.labels, seen.grid.pixels_per_unit)
     found = discrepancies(predicted, seen.labels, seen.grid.pixels_per_unit)
-    core = thick_core(is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit)
-    lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core)
+    core = thick_core(
+        is_paper(predicted) & (predicted == seen.labels), seen.grid.pixels_per_unit, seen.shaded
+    )
+    lines = match_lines(paper, alignment.motion, seen.edges, seen.grid, core, seen.sheet_lines)
     beyond = outside_share(predicted, seen.outside)
     hidden, cut = hidden_share(predicted, seen.labels) - beyond, max(seen.cut, beyond)
     tells = hidden < HIDDEN_LIMIT and cut < CUT_LIMIT and mean <= MATCHING_OUTLINE

@@ -13,9 +13,14 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.borders import visible_borders
 from folding_server.vision.grid import Grid
 from folding_server.vision.resampling import resampled
+from folding_server.vision.sheet_lines import SheetLines
 
 RIM = 0.018
 """Sheet units along the borders of a class that are left out: they are blurred, and shadows lie there."""
+CURLED_RIM = 0.05
+"""The same where flaps may stand up and the camera comes as near as it likes: the paper is shaded where it rounds a fold, and beside a
+flap lies its shadow.
+"""
 HAND_SHADOW = 0.05
 """Sheet units around whatever is in the way that are left out: its blurred edge and its shadow look like lines."""
 FAINTEST, FULL = 4.5, 11.0
@@ -108,8 +113,17 @@ class LineMatch:
 NO_LINES = LineMatch(0.0, ())
 
 
-def match_lines(paper: Paper, motion: Similarity, edges: Image, grid: Grid, core: Mask) -> LineMatch:
-    """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side."""
+def match_lines(
+    paper: Paper,
+    motion: Similarity,
+    edges: Image,
+    grid: Grid,
+    core: Mask,
+    known: SheetLines | None = None,
+) -> LineMatch:
+    """Compare a photo's :func:`inner_lines` with a state; ``core`` is where both show the same side, ``known`` the lines that the flat
+    sheet had.
+    """
     width = 2 * max(1, round(LINE_TOLERANCE * grid.pixels_per_unit)) + 1
     near = (
         cv2.dilate(
@@ -117,6 +131,8 @@ def match_lines(paper: Paper, motion: Similarity, edges: Image, grid: Grid, core
         )
         > 0
     )
+    if known is not None:
+        near |= known.shown(paper, grid, motion)
     seen = np.where(core, edges, 0)
     total, expected = float(seen.sum()), float((near & core).sum()) / max(float(core.sum()), 1.0)
     if total < 0.05 * grid.pixels_per_unit or expected >= 1:
@@ -137,10 +153,10 @@ def _long_lines(mask: Mask, pixels_per_unit: float) -> list[tuple[float, float, 
     return sorted(lines, key=lambda line: line[2], reverse=True)
 
 
-def thick_core(labels_agree: Mask, pixels_per_unit: float) -> Mask:
+def thick_core(labels_agree: Mask, pixels_per_unit: float, rim: float = RIM) -> Mask:
     """Away from the rim of where photo and prediction show the same side of the paper."""
-    rim = 2 * max(1, round(RIM * pixels_per_unit)) + 1
-    return np.asarray(cv2.erode(labels_agree.astype(np.uint8), np.ones((rim, rim), np.uint8)) > 0)
+    width = 2 * max(1, round(rim * pixels_per_unit)) + 1
+    return np.asarray(cv2.erode(labels_agree.astype(np.uint8), np.ones((width, width), np.uint8)) > 0)
 
 
 def strongest_near(edges: Image, old: Grid, new: Grid) -> Image:

@@ -10,7 +10,7 @@ from folding_server.arrays import Image, Mask, RgbImage
 from folding_server.vision.appearance import ColourModels
 from folding_server.vision.camera import scales_of
 from folding_server.vision.grid import FIELD_OF_VIEW, Grid, Reach, grid_over
-from folding_server.vision.inner_lines import inner_lines, strongest_near
+from folding_server.vision.inner_lines import CURLED_RIM, RIM, inner_lines, strongest_near
 from folding_server.vision.labels import UNKNOWN, LabelImage, is_paper
 from folding_server.vision.learning import learn
 from folding_server.vision.outline import Outline, find_outlines
@@ -19,6 +19,7 @@ from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.pose_estimation.picture_view import PictureView, picture_views
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
+from folding_server.vision.sheet_lines import SHEET, SheetLines, sheet_lines
 from folding_server.vision.square import look_for_square
 from folding_server.vision.table_memory import TableMemory, remember
 
@@ -54,6 +55,8 @@ class Observation:
     ``two_coloured`` False if the sides look alike: then all paper is FRONT, and so predictions are compared
     ``scales``      least and greatest scale, relative to frame 1, at which the paper may be seen
     ``outside``     (rows, cols), True beyond the edges of the photo; None if all is within
+    ``sheet_lines`` lines that the sheet showed before it was folded; None for the first photo itself
+    ``shaded``      how far from the borders of a class shading follows them, in sheet units: lines there are none of layers
     """
 
     frame: int
@@ -65,6 +68,8 @@ class Observation:
     two_coloured: bool
     scales: tuple[float, float]
     outside: Mask | None = None
+    sheet_lines: SheetLines | None = None
+    shaded: float = RIM
 
     @property
     def cut(self) -> float:
@@ -102,7 +107,7 @@ class SequenceObserver:
     """A sequence's pose and palette; segments photos when they are asked for, and remembers them.
 
     ``remarks`` are sentences about what else in the first photo might be the sheet; ``picture`` is the one photo that is looked
-    at, where it was segmented before its camera was known.
+    at, where it was segmented before its camera was known, and ``first`` then the observer under the first photo's camera.
     """
 
     photos: Photos
@@ -113,6 +118,7 @@ class SequenceObserver:
     reach: Reach = FIELD_OF_VIEW
     remarks: tuple[str, ...] = ()
     picture: PictureView | None = field(default=None, repr=False, compare=False)
+    first: "SequenceObserver | None" = field(default=None, repr=False, compare=False)
     _seen: dict[tuple[int, float], Observation] = field(default_factory=dict, repr=False, compare=False)
     _between: dict[tuple[int, float, int], tuple[Observation, ...]] = field(
         default_factory=dict, repr=False, compare=False
@@ -122,6 +128,7 @@ class SequenceObserver:
         default_factory=dict, repr=False, compare=False
     )
     _pictures: dict[int, tuple[PictureView, ...]] = field(default_factory=dict, repr=False, compare=False)
+    _sheet_lines: list[SheetLines] = field(default_factory=list, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
 
@@ -136,7 +143,7 @@ class SequenceObserver:
         if key not in self._others:
             _drop_oldest(self._others, OTHERS_KEPT)
             self._others[key] = SequenceObserver(
-                self.photos, pose, self.palette, NEW_CAMERA, reach=reach, picture=picture
+                self.photos, pose, self.palette, NEW_CAMERA, reach=reach, picture=picture, first=self
             )
         return self._others[key]
 
@@ -177,6 +184,16 @@ class SequenceObserver:
                 self._as_seen(number, self._segmented(image, lines=False), grid) for image in images
             )
         return self._between[key]
+
+    @property
+    def sheet_lines(self) -> SheetLines:
+        """The lines that the flat sheet shows in the first photo."""
+        if self.first is not None:
+            return self.first.sheet_lines
+        if not self._sheet_lines:
+            flat = self.frame(1, SHEET.pixels_per_unit)
+            self._sheet_lines.append(sheet_lines(flat.edges, flat.grid))
+        return self._sheet_lines[0]
 
     def closely(self, number: int) -> Observation:
         """A photo as finely as it was taken, within FINEST_LINES; its classes are no finer than FINEST_CLASSES."""
@@ -233,7 +250,17 @@ class SequenceObserver:
         edges = strongest_near(working.edges, _finest_grid(self.pose, self.reach), grid)
         outside = np.asarray(resampled(working.outside.astype(np.float32), old, grid) > 0.5)
         return Observation(
-            number, labels, rgb, confidence, edges, grid, self.two_coloured, self.scales, outside
+            number,
+            labels,
+            rgb,
+            confidence,
+            edges,
+            grid,
+            self.two_coloured,
+            self.scales,
+            outside,
+            self.sheet_lines if number > 1 else None,
+            CURLED_RIM if self.picture else RIM,
         )
 
 

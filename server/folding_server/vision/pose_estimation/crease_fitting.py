@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from folding_server.vision.pose_estimation.border_fitting import (
     Fitted,
     drawn,
     extent_of,
+    fitted,
     matched_borders,
     step,
 )
@@ -17,6 +19,15 @@ from folding_server.vision.pose_estimation.pinhole import PinholeCamera
 from folding_server.vision.registration.edge_matching import class_maps
 from folding_server.vision.registration.scene import FaceStack, Scene
 
+SCANS, SCAN_STEPS = (0.1, 0.025), 3
+"""How far either end of a crease is moved to both sides to see which places the outline leaves open, in sheet units: first from where
+it was tried, then about the best place; and in how many steps.
+"""
+SCAN_REACHES = (0.06, 0.03, 0.02)
+LEFT_OPEN = 0.012
+"""Shares of the paper by which a place may agree less than the best: the outline of a sheet has few corners, and a camera that is
+free makes up for most of what a crease does to them.
+"""
 REACHES = (0.06, 0.04, *LAST_REACHES)
 """How far, in shares of the paper's extent, points look along their normals in each round."""
 CREASE_MOVES = 0.03
@@ -61,3 +72,14 @@ def fitted_with_crease(folded: Folded, scene: Scene, camera: PinholeCamera) -> C
         if agreement > best.fitted.agreement:
             best = replace(best, ends=ends, fitted=Fitted(camera, agreement))
     return best
+
+
+def left_open(folded: Folded, scene: Scene, start: CreaseFit, reach: float) -> list[CreaseFit]:
+    """The places of a crease, up to so far from a first one, that the outline of the paper hardly tells apart, each with its camera."""
+    amounts = np.linspace(-reach, reach, 2 * SCAN_STEPS + 1).tolist()
+    first, second = start.ends
+    places = [(first + one, second + other) for one, other in product(amounts, amounts)]
+    camera = start.fitted.camera
+    found = [CreaseFit(ends, fitted(folded(ends), scene, camera, SCAN_REACHES)) for ends in places]
+    least = max(fit.fitted.agreement for fit in found) - LEFT_OPEN
+    return [fit for fit in found if fit.fitted.agreement >= least]

@@ -14,6 +14,7 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid, Reach
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.raster import draw_labels
+from folding_server.vision.sheet_lines import SheetLines
 
 SURROUNDINGS = 0.3
 """How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
@@ -77,7 +78,8 @@ class Scene:
 
     ``edges`` is the strength of lines within the paper, (rows, cols) from 0 to 1, where that was worked out; ``sight``
     is the chance, 0 to 1, that the border of a layer shows as such a line. ``light`` is the lightness of the photo,
-    (rows, cols) from 0 to 255, where it is to be compared with another's.
+    (rows, cols) from 0 to 255, where it is to be compared with another's. ``sheet_lines`` and ``shaded`` are as in
+    :class:`folding_server.vision.seeing.Observation`.
     """
 
     grid: Grid
@@ -86,6 +88,8 @@ class Scene:
     edges: Image | None = None
     sight: float = 1.0
     light: Image | None = None
+    sheet_lines: SheetLines | None = None
+    shaded: float = 0.0
     known: Mask = field(init=False)
     paper: Mask = field(init=False)
     _blurred: dict[float, Image] = field(init=False, default_factory=dict, repr=False)

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from math import dist
 
 from folding_server.geometry.line import Line, Point, line_through
+from folding_server.simulator.paper import Paper
+from folding_server.vision.registration.scene import FaceStack
 from folding_server.vision.solver.movable_layers import MovableLayers, MovingSet
 
 LEAST_HALF_LENGTH = 0.05
@@ -77,3 +79,20 @@ def oriented(line: Line, like: Line) -> Line:
 def _on(line: Line, along: float) -> Point:
     """The point of a line at a coordinate along it."""
     return line.nx * line.offset + line.ny * along, line.ny * line.offset - line.nx * along
+
+
+class MovingCrease:
+    """A fold whose crease can be moved by its two ends, along its normal and by so many sheet units each."""
+
+    def __init__(self, paper: Paper, moving: MovingSet) -> None:
+        self._layers, self._moving = MovableLayers(paper), moving
+        self._handles = handles_of(self._layers, moving)
+
+    def moved(self, ends: tuple[float, float]) -> MovingSet:
+        """What turns along the moved crease; as before if nothing can."""
+        line = shifted(self._handles, self._moving.line, *ends)
+        return self._layers.moving_from(line, self._moving.seed) or self._moving
+
+    def folded(self, ends: tuple[float, float]) -> FaceStack:
+        """What the stack looks like after that fold."""
+        return self._layers.folded(self.moved(ends))

@@ -19,6 +19,8 @@ FULLY_SEEN = 0.2
 """An edge of this strength (0 to 1) counts as fully seen."""
 EDGE_TOLERANCE = 2
 """Pixels by which a seen line may be beside the predicted one."""
+LEAST_INSIDE = 4
+"""Pixels from the border of a class within which lines are not judged: RIM, and a pixel."""
 USUAL_SIGHT = 0.8
 """The chance that a layer border shows where no photo has told."""
 HALF_LENGTH = 0.3
@@ -46,7 +48,7 @@ def inner_edge_agreement(paper: Paper, scene: Scene, motion: Similarity) -> Inne
     if scene.edges is None:
         return InnerLines(0.0, 0.0)
     seen, judged, explained = _lines(paper, scene, motion)
-    strong = np.where(seen >= 1.0, seen, 0.0)
+    strong = np.where((seen >= 1.0) & _inside(scene, scene.shaded), seen, 0.0)
     per_unit = scene.grid.pixels_per_unit
     total = float(strong.sum())
     extra = float(strong[~explained].sum()) / total if total else 0.0
@@ -71,7 +73,10 @@ def _lines(paper: Paper, scene: Scene, motion: Similarity) -> tuple[Image, Mask,
     predicted = visible_borders(paper, scene.grid, motion)
     seen = np.where(scene.known, np.minimum(edges / FULLY_SEEN, 1.0), 0.0).astype(np.float32)
     wide = np.ones((2 * EDGE_TOLERANCE + 3, 2 * EDGE_TOLERANCE + 3), np.uint8)
-    return seen, predicted.layers & _inside(scene), cv2.dilate(predicted.all.astype(np.uint8), wide) > 0
+    explained = cv2.dilate(predicted.all.astype(np.uint8), wide) > 0
+    if scene.sheet_lines is not None:
+        explained |= scene.sheet_lines.shown(paper, scene.grid, motion)
+    return seen, predicted.layers & _inside(scene), explained
 
 
 def _shown(seen: Image, judged: Mask) -> float:
@@ -84,8 +89,11 @@ def _weight(length: float) -> float:
     return length / (length + HALF_LENGTH)
 
 
-def _inside(scene: Scene) -> Mask:
-    """The paper well away from its outline, from colour borders and from what is unknown, where lines can be judged."""
+def _inside(scene: Scene, margin: float = 0.0) -> Mask:
+    """The paper well away from its outline, from colour borders and from what is unknown, where lines can be judged: by LEAST_INSIDE
+    pixels, and by a margin in sheet units.
+    """
     classes = np.where(scene.known, scene.labels, 7).astype(np.uint8)
-    kernel = np.ones((9, 9), np.uint8)
+    width = 2 * max(LEAST_INSIDE, round(margin * scene.grid.pixels_per_unit)) + 1
+    kernel = np.ones((width, width), np.uint8)
     return np.asarray((cv2.erode(classes, kernel) == cv2.dilate(classes, kernel)) & scene.paper)

@@ -106,4 +106,6 @@ def _cropped(seen: Observation, low: Floats, high: Floats, *, lit: bool) -> Scen
         light=cv2.cvtColor(seen.rgb[window_rows], cv2.COLOR_RGB2LAB)[..., 0].astype(np.float32)
         if lit
         else None,
+        sheet_lines=seen.sheet_lines,
+        shaded=seen.shaded,
     )
