@@ -130,7 +130,7 @@ def _change_until_the_end(session: Session, answered: Answered, rng: random.Rand
         changes: list[tuple[str, dict[str, Any]]] = [
             ("rotate", {"angle": rng.randrange(360)}),
             ("flip", {"axis": rng.choice(["x", "y"])}),
-            ("save_checkpoint", {"frame": saved + 1, "notes": "n" * rng.randrange(5000)}),
+            ("save_checkpoint", {"frame": saved + 1, "notes": "n" * rng.randrange(1, 5000)}),
         ]
         name, arguments = answered.sent = rng.choice(changes)
         try:

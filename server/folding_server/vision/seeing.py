@@ -19,7 +19,7 @@ from folding_server.vision.pose import Pose, pose_of
 from folding_server.vision.pose_estimation.picture_view import PictureView, picture_views
 from folding_server.vision.resampling import resampled
 from folding_server.vision.segmentation import Segmented, segment, smoothed_lab
-from folding_server.vision.sheet_lines import SHEET, SheetLines, sheet_lines
+from folding_server.vision.sheet_lines import SHEET_GRID, SheetLines, sheet_lines
 from folding_server.vision.square import look_for_square
 from folding_server.vision.table_memory import TableMemory, remember
 
@@ -191,7 +191,7 @@ class SequenceObserver:
         if self.first is not None:
             return self.first.sheet_lines
         if not self._sheet_lines:
-            flat = self.frame(1, SHEET.pixels_per_unit)
+            flat = self.frame(1, SHEET_GRID.pixels_per_unit)
             self._sheet_lines.append(sheet_lines(flat.edges, flat.grid))
         return self._sheet_lines[0]
 

@@ -14,11 +14,11 @@ from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
 from folding_server.vision.raster import draw_values
 
-SHEET = Grid(0.0, 1.0, 160.0, 160, 160)
+SHEET_GRID = Grid(0.0, 1.0, 160.0, 160, 160)
 """The unit square, as finely as the solver looks at photos."""
 LEAST_STRENGTH = 0.06
 """Strength, 0 to 1, from which a line of the flat sheet is known: a third of what makes one count fully later."""
-BESIDE = 0.015
+LINE_REACH = 0.015
 """Sheet units beside such a line that belong to it: in later photos it may seem so far off."""
 MOST_COVERED = 0.3
 """If more of the sheet is covered by lines they are a pattern, and nothing is known of creases."""
@@ -28,7 +28,7 @@ MOST_FACES = 254
 
 @dataclass(frozen=True)
 class SheetLines:
-    """``near`` (rows, cols) of SHEET: where such lines are."""
+    """``near`` (rows, cols) of SHEET_GRID: where such lines are."""
 
     near: Mask
 
@@ -46,15 +46,15 @@ class SheetLines:
         for value, face in enumerate(paper.order, start=1):
             own = seen == value
             on_sheet = transformed(places[own], paper.isometries[face].inverse())
-            found[rows[own], cols[own]] = SHEET.under(on_sheet, self.near)
+            found[rows[own], cols[own]] = SHEET_GRID.under(on_sheet, self.near)
         return found
 
 
 def sheet_lines(edges: Image, grid: Grid) -> SheetLines:
     """The lines of a flat sheet, whose strength (rows, cols), 0 to 1, the first photo shows on a grid."""
-    cols, rows = np.meshgrid(np.arange(SHEET.cols), np.arange(SHEET.rows))
-    strength = grid.under(SHEET.to_plane(np.stack([cols, rows], axis=-1)), edges)
-    reach = 2 * round(BESIDE * SHEET.pixels_per_unit) + 1
+    cols, rows = np.meshgrid(np.arange(SHEET_GRID.cols), np.arange(SHEET_GRID.rows))
+    strength = grid.under(SHEET_GRID.to_plane(np.stack([cols, rows], axis=-1)), edges)
+    reach = 2 * round(LINE_REACH * SHEET_GRID.pixels_per_unit) + 1
     strong = (strength > LEAST_STRENGTH).astype(np.uint8)
     near = cv2.dilate(strong, np.ones((reach, reach), np.uint8)) > 0
     return SheetLines(np.asarray(near if near.mean() <= MOST_COVERED else np.zeros_like(near)))

@@ -15,10 +15,9 @@ from folding_server.vision.registration.edge_matching import border_of, class_ma
 from folding_server.vision.registration.scene import FaceStack, Scene
 
 ROUGH_REACHES = (0.12, 0.08, 0.05)
+"""How far, in shares of the paper's extent, points look along their normals in each round of a rough fit."""
 FIRST_REACHES, LAST_REACHES = (0.12, 0.08, 0.06, 0.04), (0.03, 0.02, 0.02, 0.015, 0.015, 0.015)
-"""How far, in shares of the paper's extent, points look along their normals in each round: of a rough fit, and of the two halves
-of a full one.
-"""
+"""The same of the two halves of a full one."""
 FEWEST_POINTS = 16
 """With fewer points that find their border nothing is moved."""
 SETTLED = 2e-4
@@ -53,7 +52,7 @@ def drawn(stack: FaceStack, camera: PinholeCamera, scene: Scene) -> LabelImage:
 
 def fitted(stack: FaceStack, scene: Scene, camera: PinholeCamera, reaches: tuple[float, ...]) -> Fitted:
     """The camera near a first guess under which the borders of a stack lie on those of the photo."""
-    extent = extent_of(scene)
+    extent = paper_extent(scene)
     seen = list(class_maps(scene.labels, scene.known))
     labels = drawn(stack, camera, scene)
     best = Fitted(camera, scene.agreement_of(labels))
@@ -78,7 +77,7 @@ def _change(first: PinholeCamera, second: PinholeCamera) -> float:
     return max(abs(a - b) for a, b in zip(first.vector(), second.vector(), strict=True))
 
 
-def extent_of(scene: Scene) -> float:
+def paper_extent(scene: Scene) -> float:
     """The longer side of the box about the paper, in picture units."""
     rows, cols = np.nonzero(scene.paper)
     return max(int(np.ptp(rows)), int(np.ptp(cols)), 1) / scene.grid.pixels_per_unit
@@ -138,10 +137,10 @@ def _pulled(
     matches = matched_borders(labels, scene, seen, reach)
     if matches is None:
         return None
-    return step(camera, matches, reach, extent)[0]
+    return least_squares_step(camera, matches, reach, extent)[0]
 
 
-def step(
+def least_squares_step(
     camera: PinholeCamera,
     matches: BorderMatches,
     reach: float,

@@ -10,10 +10,10 @@ from folding_server.vision.pose_estimation.border_fitting import (
     LAST_REACHES,
     Fitted,
     drawn,
-    extent_of,
     fitted,
+    least_squares_step,
     matched_borders,
-    step,
+    paper_extent,
 )
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera
 from folding_server.vision.registration.edge_matching import class_maps
@@ -24,6 +24,7 @@ SCANS, SCAN_STEPS = (0.1, 0.025), 3
 it was tried, then about the best place; and in how many steps.
 """
 SCAN_REACHES = (0.06, 0.03, 0.02)
+"""As REACHES, for each place that is tried."""
 LEFT_OPEN = 0.012
 """Shares of the paper by which a place may agree less than the best: the outline of a sheet has few corners, and a camera that is
 free makes up for most of what a crease does to them.
@@ -38,7 +39,7 @@ SLOPE_STEP = 1.5
 """Pixels by which an end is moved for the slope: enough for borders to move, little enough to be straight."""
 
 Ends = tuple[float, float]
-Folded = Callable[[Ends], FaceStack]
+FoldedStack = Callable[[Ends], FaceStack]
 """A stack after a fold, the two ends of its crease moved along the normal by so many sheet units."""
 
 
@@ -50,9 +51,9 @@ class CreaseFit:
     fitted: Fitted
 
 
-def fitted_with_crease(folded: Folded, scene: Scene, camera: PinholeCamera) -> CreaseFit:
+def fitted_with_crease(folded: FoldedStack, scene: Scene, camera: PinholeCamera) -> CreaseFit:
     """The crease and the camera near a first guess under which the borders of the folded stack lie on those of the photo."""
-    extent = extent_of(scene)
+    extent = paper_extent(scene)
     seen = list(class_maps(scene.labels, scene.known))
     delta = SLOPE_STEP / (scene.grid.pixels_per_unit * np.exp(camera.size))
     ends = (0.0, 0.0)
@@ -65,7 +66,9 @@ def fitted_with_crease(folded: Folded, scene: Scene, camera: PinholeCamera) -> C
             break
         moved = [(ends[0] + delta, ends[1]), (ends[0], ends[1] + delta)]
         slopes = [matches.moved(drawn(folded(other), camera, scene)) / delta for other in moved]
-        camera, change = step(camera, matches, share * extent, extent, np.column_stack(slopes), priors)
+        camera, change = least_squares_step(
+            camera, matches, share * extent, extent, np.column_stack(slopes), priors
+        )
         ends = ends[0] + float(change[0]), ends[1] + float(change[1])
         labels = drawn(folded(ends), camera, scene)
         agreement = scene.agreement_of(labels)
@@ -74,7 +77,7 @@ def fitted_with_crease(folded: Folded, scene: Scene, camera: PinholeCamera) -> C
     return best
 
 
-def left_open(folded: Folded, scene: Scene, start: CreaseFit, reach: float) -> list[CreaseFit]:
+def left_open(folded: FoldedStack, scene: Scene, start: CreaseFit, reach: float) -> list[CreaseFit]:
     """The places of a crease, up to so far from a first one, that the outline of the paper hardly tells apart, each with its camera."""
     amounts = np.linspace(-reach, reach, 2 * SCAN_STEPS + 1).tolist()
     first, second = start.ends

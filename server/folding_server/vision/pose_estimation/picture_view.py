@@ -29,7 +29,7 @@ LIKE_PAPER = 12.0
 """Cost, in nats, up to which a pixel may be paper in other light: as far as light is adapted to."""
 LEAST_PIECE_SHARE, MOST_PIECES = 0.2, 3
 """Pieces of less than the first share of the largest are not the sheet; so many are looked at."""
-BORDER = 5
+BORDER_WIDTH = 5
 """Pixels across of a border between the two sides of the sheet at the first look, whose mixture may look like neither: parts that
 are no farther apart are one piece.
 """
@@ -102,7 +102,7 @@ def _pieces(photo: RgbImage, frame: PictureFrame, grid: Grid, palette: ColourMod
     costs = class_costs(lab, grid, adapt(lab, seen, grid, palette))
     like = (costs.argmin(axis=-1) > 0) & (costs.min(axis=-1) < LIKE_PAPER) & seen
     whole = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    _, joined = cv2.connectedComponents(cv2.dilate(whole, np.ones((BORDER, BORDER), np.uint8)))
+    _, joined = cv2.connectedComponents(cv2.dilate(whole, np.ones((BORDER_WIDTH, BORDER_WIDTH), np.uint8)))
     numbered = joined * whole
     sizes = np.bincount(numbered.ravel(), minlength=2)[1:]
     if not len(sizes) or sizes.max() < NOTHING_SEEN:

@@ -14,7 +14,7 @@ SAME_SIZE, SAME_ROLL, SAME_TILT = 0.08, 12.0, 20.0
 careless hands do as much.
 """
 CameraVector = tuple[float, ...]
-Axis = tuple[float, float, float]
+PlaneAxis = tuple[float, float, float]
 STEPS = (1e-4, 1e-4, 1e-4, 1e-4, 1e-3, 1e-3)
 """Changes of the camera's vector for its slopes: far below a pixel, far above rounding."""
 
@@ -157,7 +157,7 @@ def _matrix(camera: PinholeCamera) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-def _axes(camera: PinholeCamera) -> tuple[Axis, Axis]:
+def _axes(camera: PinholeCamera) -> tuple[PlaneAxis, PlaneAxis]:
     """The axes of the sheet's plane as the camera has them: the roll, then the rotation vector (tilt_x, tilt_y, 0) by Rodrigues."""
     angle = hypot(camera.tilt_x, camera.tilt_y)
     kx, ky = (camera.tilt_x / angle, camera.tilt_y / angle) if angle > 1e-12 else (1.0, 0.0)
