@@ -5,7 +5,7 @@
 
 Every transition starts from the true state before it, so that one mistake does not spoil what follows. A line of the file
 is a transition: all plans that were weighed, with the value of every term of evidence, and whether each leads to the true
-state; of the best few also what the comparison with the photo says. Seeds below 100 only: those above are for reports.
+state; of the best few also what the comparison with the photo says, and of the first the signs that its confidence is judged by. Seeds below 100 only: those above are for reports.
 """
 
 import argparse
@@ -26,6 +26,7 @@ from folding_server.photographer.replaying import keyframe_papers
 from folding_server.simulator import Paper
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.seeing import SequenceObserver, see_sequence
+from folding_server.vision.solver.confidence import signs
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.propose import explained
 from scoring import action_class
@@ -96,22 +97,28 @@ def collected(task: Task) -> list[dict[str, Any]]:
         subject = corpus.Subject(task.name, folder, studio.folded_truth(folder), corpus.TOLERANCE)
     observer = see_sequence(load_sequence(subject.folder))
     papers = keyframe_papers(subject.truth)
-    return [
-        {
-            **asdict(task),
-            "frame": frame,
-            "true": list(action_class(step)),
-            "plans": list(_plans(papers[frame - 2], papers[frame - 1], observer, frame, subject.tolerance)),
-        }
-        for frame, step in enumerate(subject.truth.steps, start=2)
-    ]
+    rows = []
+    for frame, step in enumerate(subject.truth.steps, start=2):
+        plans = explained(papers[frame - 2], observer, frame)
+        rows.append(
+            {
+                **asdict(task),
+                "frame": frame,
+                "true": list(action_class(step)),
+                "signs": signs(plans),
+                "plans": list(
+                    _rows(plans[:PLANS_KEPT], papers[frame - 1], observer, frame, subject.tolerance)
+                ),
+            }
+        )
+    return rows
 
 
-def _plans(
-    before: Paper, truth: Paper, observer: SequenceObserver, frame: int, tolerance: float
+def _rows(
+    plans: Sequence[Plan], truth: Paper, observer: SequenceObserver, frame: int, tolerance: float
 ) -> Iterator[dict[str, Any]]:
-    """The best plans of a transition, as rows."""
-    for rank, plan in enumerate(explained(before, observer, frame)[:PLANS_KEPT]):
+    """Plans of a transition, the best first, as rows."""
+    for rank, plan in enumerate(plans):
         right = exactness(truth, plan.paper, tolerance).holds(tolerance) and same_side_up(truth, plan.paper)
         compared = _compared(plan, observer, frame) if rank < COMPARED else None
         yield {

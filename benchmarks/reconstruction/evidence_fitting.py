@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from folding_server.vision.evidence import terms
-from folding_server.vision.solver.confidence import COEFFICIENTS_FILE, WIDEST_LEAD
+from folding_server.vision.solver.confidence import COEFFICIENTS_FILE
 from scipy.optimize import minimize
 
 SPREAD = 0.5
@@ -29,7 +29,7 @@ FOLDS = 5
 """Parts into which programs are divided to be left out in turn."""
 TRUSTED = 0.8
 """Confidence from which a step is not called doubtful."""
-SIGNS = ("lead", "unexplained", "inner_lines", "free_line", "own_camera", "unseen")
+SIGNS = ("lead", "unexplained", "inner_lines", "free_line", "own_camera", "own_camera_free_line", "unseen")
 """What the confidence is judged by, see folding_server.vision.solver.confidence."""
 USUAL_SHARPNESS = 400.0
 """Odds grow e-fold per 1/400 of the paper: twice the noise of agreement between two photos of one state. One e-fold either way is
@@ -116,31 +116,9 @@ def left_out(data: Sequence[Choice], before: Floats) -> tuple[float, float]:
 
 def trust_data(rows: Sequence[dict[str, Any]]) -> tuple[list[str], Floats, npt.NDArray[np.bool_]]:
     """For each transition its program, the signs (transitions, signs) of its best plan, and whether that one is right."""
-    programs, signs, right = [], [], []
-    for row in rows:
-        plans = row["plans"]
-        best, seen = plans[0], plans[0]["evidence"]
-        rivals = [plan["score"] for plan in plans[1:] if _elsewhere(plan, best)]
-        lead = best["score"] - max(rivals, default=best["score"] - WIDEST_LEAD)
-        unseen = max(seen.get("unseen_fold", 0.0), seen.get("unseen_turn", 0.0))
-        values = {
-            "lead": min(lead, WIDEST_LEAD),
-            "unexplained": 1 - seen["agreement"],
-            "unseen": unseen,
-            **{name: seen.get(name, 0.0) for name in ("inner_lines", "free_line", "own_camera")},
-        }
-        programs.append(row["name"])
-        signs.append([values[name] for name in SIGNS])
-        right.append(best["right"])
-    return programs, np.array(signs), np.array(right)
-
-
-def _elsewhere(plan: dict[str, Any], other: dict[str, Any]) -> bool:
-    """As :func:`folding_server.vision.solver.confidence.leads_elsewhere`."""
-    kinds = [set(each["actions"]) for each in (plan, other)]
-    if any(kind & {"fold", "unfold"} for kind in kinds):
-        return True
-    return ("flip" in kinds[0]) != ("flip" in kinds[1])
+    values = [[row["signs"][name] for name in SIGNS] for row in rows]
+    right = [row["plans"][0]["right"] for row in rows]
+    return [row["name"] for row in rows], np.array(values), np.array(right)
 
 
 def trusted(signs: Floats, right: npt.NDArray[np.bool_]) -> Floats:

@@ -19,7 +19,7 @@ WIDEST_LEAD = 0.05
 
 def signs(plans: Sequence[Plan]) -> dict[str, float]:
     """What the confidence in the first of some plans, best first, is judged by: its lead over the best plan that leads to another
-    state, what it leaves unexplained, lines that contradict it, whether its line is free, and whether the camera is its own.
+    state, what it leaves unexplained, lines that contradict it, whether its line is free, whether the camera is its own, and both.
     """
     best = plans[0]
     rivals = [plan for plan in plans[1:] if leads_elsewhere(plan, best)]
@@ -30,6 +30,7 @@ def signs(plans: Sequence[Plan]) -> dict[str, float]:
         "inner_lines": best.noted.inner_lines,
         "free_line": best.noted.free_line,
         "own_camera": best.noted.own_camera,
+        "own_camera_free_line": best.noted.own_camera * best.noted.free_line,
         "unseen": max(best.noted.unseen_fold, best.noted.unseen_turn),
     }
 
