@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.any_camera import BETTER_BY
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
-from folding_server.vision.solver.photo_views import seen_before, views_after
+from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
-from folding_server.vision.solver.reframing import explain_reframed
+from folding_server.vision.solver.reframing import explain_reframed, known_camera
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -23,8 +24,10 @@ from folding_server.vision.solver.transition import (
 
 CLEAR_LEAD = 0.004
 """How much better than every plan to another state the best one must score to be called clearly best."""
-STILL_EXPLAINED = 0.93
-"""A paper that explained its own photo less well than this under the first photo's camera was seen by another."""
+WELL_EXPLAINED, STILL_EXPLAINED = 0.985, 0.93
+"""A paper that explains its own photo so well under the first photo's camera was seen by that; one that explains it less well than the
+second by another; and between the two it was if another explains BETTER_BY more.
+"""
 TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 TIE_REFRAMED = 0.016
@@ -91,7 +94,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     at once only where nothing else does. Best first.
     """
     before = seen_before(paper, observer, frame)
-    moved = frame > 2 and before.agreement < STILL_EXPLAINED
+    moved = frame > 2 and _moved(paper, observer, before)
     plans = _framed_anew(paper, observer, frame) if moved else []
     if not plans or plans[0].agreement < SURELY_WRONG:
         last, views = before.motion, views_after(paper, observer, before)
@@ -103,6 +106,14 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
             standing += pairs_of_actions(standing, paper, last, views)
         plans = best_first([*plans, *_not_contradicted(judged(standing), paper, observer, frame, last)])
     return tuple(_distinct(plans))
+
+
+def _moved(paper: Paper, observer: SequenceObserver, before: SeenBefore) -> bool:
+    """Whether the photo before a frame was taken by another camera than the first photo."""
+    if before.agreement >= WELL_EXPLAINED or observer.stands(before.frame):
+        return before.agreement < STILL_EXPLAINED
+    known = known_camera(paper, observer, before.frame - 1)
+    return known is not None and known.agreement > before.agreement + BETTER_BY
 
 
 def _explains(plans: Sequence[Plan]) -> bool:
