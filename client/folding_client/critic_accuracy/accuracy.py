@@ -13,12 +13,12 @@ from typing import Literal, cast
 
 from folding_schemas.actions import Actions, Program
 from folding_schemas.results import ActionClass, CheckpointSaved, CriticGrid, RenderView, Verdict
-from pydantic import ValidationError
 
 from folding_client.assembly import SAVING, RoleModels, make_critic, make_role_models
 from folding_client.critic_accuracy.intervals import Share, share_of
 from folding_client.critic_accuracy.wrong_steps import KINDS, WrongKind, carry_out_wrongly, kinds_for
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.json_files import read_json_file
 from folding_client.protocol.acting import ACTIONS, carry_out
 from folding_client.protocol.connection import ServerAddress
 from folding_client.protocol.server_client import ServerClient
@@ -110,11 +110,7 @@ def sequences_with_truth(folders: Sequence[Path]) -> list[TrueSequence]:
 
 
 def _steps(file: Path) -> tuple[Actions, ...]:
-    try:
-        return Program.model_validate_json(file.read_bytes()).steps
-    except (OSError, ValidationError) as error:
-        message = f"{file} cannot be read as a program: {str(error).splitlines()[0]}."
-        raise UsageError(message) from error
+    return read_json_file(Program, file, "a program", "sequences with the true program beside them").steps
 
 
 def states_to_judge(sequences: Sequence[TrueSequence], *, right: bool) -> list[StateToJudge]:

@@ -12,6 +12,7 @@ from folding_schemas.evaluation import StepClass
 from pydantic import ValidationError
 
 from folding_client.interrupts import UsageError
+from folding_client.json_files import first_error
 from folding_client.reconstruct import sequence_name
 
 PROGRAM_FILE = "program.json"
@@ -132,5 +133,5 @@ def _program(file: Path, document: dict[str, Any]) -> Program:
     try:
         return Program.model_validate(known)
     except ValidationError as error:
-        message = f"{file} cannot be read as a program: {str(error).splitlines()[0]}."
+        message = f"{file} cannot be read as a program: {first_error(error)}."
         raise UsageError(message) from error
