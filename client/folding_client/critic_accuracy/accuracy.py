@@ -94,7 +94,9 @@ class CriticAccuracy:
 
 
 def sequences_with_truth(folders: Sequence[Path]) -> list[TrueSequence]:
-    """The sequences among folders that hold a true program. UsageError if none does, or one cannot be read."""
+    """The sequences among folders that hold a true program. UsageError if none does, or one cannot be read or is not of a
+    square sheet.
+    """
     found = [
         TrueSequence(folder.resolve(), _steps(folder / TRUTH))
         for folder in folders
@@ -110,7 +112,15 @@ def sequences_with_truth(folders: Sequence[Path]) -> list[TrueSequence]:
 
 
 def _steps(file: Path) -> tuple[Actions, ...]:
-    return read_json_file(Program, file, "a program", "sequences with the true program beside them").steps
+    program = read_json_file(Program, file, "a program", "sequences with the true program beside them")
+    width, height = program.sheet
+    if width != height:
+        message = (
+            f"{file} folds a sheet of {width:g} by {height:g}, and runs fold a square, so that its states cannot be made; leave "
+            "this sequence out."
+        )
+        raise UsageError(message)
+    return program.steps
 
 
 def states_to_judge(sequences: Sequence[TrueSequence], *, right: bool) -> list[StateToJudge]:
