@@ -128,6 +128,9 @@ def test_sequences_without_truth_are_refused(tmp_path: Path) -> None:
     (folder / "cat" / "program.json").write_text("[")
     with pytest.raises(UsageError, match="cannot be read as a program"):
         sequences_with_truth([folder / "cat"])
+    (folder / "cat" / "program.json").write_text('{"sheet": [1, 0.997], "steps": []}')
+    with pytest.raises(UsageError, match=r"folds a sheet of 1 by 0\.997, and runs fold a square"):
+        sequences_with_truth([folder / "cat"])
 
 
 def test_the_programs_of_the_examples_are_read() -> None:

@@ -233,6 +233,40 @@ def test_a_table_has_what_was_planned_and_the_same_inputs_give_the_same_bytes(
 
 
 @pytest.mark.slow
+def test_the_truth_is_folded_of_the_sheet_that_its_program_gives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A sheet that is not quite square has a vertex more after step 2, so that its step 3 is refused on the square."""
+
+    def folded(first: int) -> list[list[dict[str, Any]]]:
+        return [
+            [{"action": "fold", "edge": [2, 4], "direction": 1}],
+            [
+                {"action": "add_vertex", "edge": [4, 2], "position": 0.5},
+                {"action": "fold", "edge": [5, 3], "direction": -1},
+            ],
+            [
+                {"action": "add_vertex", "edge": [4, 1], "position": 0.9},
+                {"action": "add_vertex", "edge": [5, 4], "position": 0.2},
+                {"action": "fold", "edge": [first, first + 1], "direction": -1},
+            ],
+        ]
+
+    truth = tmp_path / "truth" / "a"
+    truth.mkdir(parents=True)
+    (truth / "program.json").write_text(json.dumps({"sheet": [1.0, 0.995], "steps": folded(7)}))
+    folder = write_run(tmp_path / "run", "a", folded(6), frames=4)
+    assert command("evaluate", folder, "--truth", truth, "--json", "-q") == 0
+    (group,) = json.loads(capsys.readouterr().out)["groups"]
+    steps = group["runs"][0]["steps"]
+    assert [step["problem"] for step in steps] == ["", "", ""]
+    assert [step["equal"] for step in steps] == [False] * 3, "they are of another sheet, by 0.005"
+    for step in steps:
+        assert step["scores"]["CV"] == 1
+        assert step["scores"]["GS"] > 0.95 and step["scores"]["FFS"] > 0.95, step["scores"]
+
+
+@pytest.mark.slow
 def test_crease_patterns_without_a_simulator_are_scored(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

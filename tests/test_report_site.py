@@ -283,7 +283,7 @@ def test_a_row_of_a_long_run_shows_some_frames_those_that_do_not_match_among_the
 
 @pytest.mark.parametrize(
     ("text", "named"),
-    [("{", "is no evaluation"), ('{"groups": [{}]}', "groups.0.runs"), (None, "Cannot read")],
+    [("{", "cannot be read as an evaluation"), ('{"groups": [{}]}', "groups.0.runs"), (None, "Cannot read")],
 )
 def test_an_evaluation_that_is_none_is_refused_in_one_sentence(
     runs: Path, tmp_path: Path, text: str | None, named: str

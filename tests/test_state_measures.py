@@ -36,6 +36,8 @@ GATE = (
 )
 """A quarter folded to the right, then the right half over it and beyond."""
 
+FOLD_DIAGONAL = {"action": "fold", "edge": [4, 2], "direction": 1}
+
 
 def counts(paper: Paper) -> tuple[int, int, int]:
     found = measured_paper(paper).constraints
@@ -148,3 +150,20 @@ class TestTool:
         async with in_memory(tmp_path, for_evaluation=True) as host:
             assert "is not JSON" in await host.refusal("measure_state", fold="{")
             assert "no vertices_coords" in await host.refusal("measure_state", fold=json.dumps({}))
+
+    async def test_a_program_is_measured_on_the_sheet_that_it_gives(self, tmp_path: Path) -> None:
+        uneven = {"name": "uneven", "sheet": [1, 0.99], "steps": [[FOLD_DIAGONAL]]}
+        async with in_memory(tmp_path, for_evaluation=True) as host:
+            found = StateMeasures.model_validate(await host.call("measure_state", program=uneven))
+            assert found.compiles
+            assert max(y for _, y in found.vertices_coords) == 0.99
+            square = {**uneven, "sheet": [1, 1]}
+            await host.call("open_run")
+            await host.call("fold", edge=[4, 2], direction=1)
+            assert await host.call("measure_state", program=square) == await host.call("measure_state")
+
+    async def test_a_program_that_cannot_be_folded_and_two_states_are_refused(self, tmp_path: Path) -> None:
+        twice = {"name": "twice", "steps": [[FOLD_DIAGONAL, FOLD_DIAGONAL]]}
+        async with in_memory(tmp_path, for_evaluation=True) as host:
+            assert "Step 1, action 2" in await host.refusal("measure_state", program=twice)
+            assert "not both" in await host.refusal("measure_state", program=twice, fold="{}")

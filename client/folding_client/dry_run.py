@@ -58,6 +58,7 @@ class _NeverAsked:
         self.name = name
 
     async def query(self, messages: Sequence[Message], tools: Sequence[ToolSpec], **_: object) -> NoReturn:
+        """No reply: the request ends the run."""
         raise _Built(messages, tools)
 
 

@@ -10,6 +10,7 @@ def version_option(command: str) -> Any:  # noqa: ANN401 - typer's own type of a
     """An option that prints a command's name with the version of the package, and ends."""
 
     def show(wanted: bool) -> None:
+        """Print the version and end, if that is wanted."""
         if wanted:
             typer.echo(f"{command} {version('foldingagent-mcp')}")
             raise typer.Exit

@@ -12,7 +12,7 @@ from folding_schemas.results import Comparison, RunInfo, StateView
 from folding_schemas.state import FoldedState
 
 from folding_client.baselines.search_moves import SearchMove, carried_out, look_of, moves_from
-from folding_client.baselines.stepwise import FrameWork, compare_call, run_now, save_call
+from folding_client.baselines.stepwise import FrameWork, compare_call, save_call
 from folding_client.messages import ToolResult
 from folding_client.search.frame_search import Calls
 
@@ -129,15 +129,8 @@ class BreadthFirst:
             self._depth -= actions
 
 
-def searched_frame(bounds: SearchBounds) -> FrameWork:
+def searched_frame(bounds: SearchBounds, info: RunInfo, frame: int) -> FrameWork:
     """One frame by search."""
-    info = yield from run_now()
-    frame = info.next_frame or info.frames
-    if frame == 1:
-        yield [save_call(1, "the flat sheet")]
-        return
-    if info.pending:
-        yield [("restore_checkpoint", {"frame": frame - 1})]
     search = BreadthFirst(bounds)
     yield from search.search(frame)
     yield from _carry_out_best(search, info, frame)

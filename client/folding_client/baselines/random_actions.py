@@ -4,10 +4,10 @@ from random import Random
 from typing import get_args
 
 from folding_schemas.actions import FlipAxis
-from folding_schemas.results import StateView
+from folding_schemas.results import RunInfo, StateView
 from folding_schemas.state import FoldedState
 
-from folding_client.baselines.stepwise import FrameWork, compare_call, run_now, save_call
+from folding_client.baselines.stepwise import FrameWork, compare_call, save_call
 
 RANDOM = "random"
 """The id of the model."""
@@ -18,15 +18,8 @@ _TURNS = (45, 90, 135, 180, 225, 270, 315)
 """Degrees: the turns that people make between two steps."""
 
 
-def random_frame(seed: int) -> FrameWork:
+def random_frame(seed: int, _run: RunInfo, frame: int) -> FrameWork:
     """One frame by chance. The draws depend on the seed and the frame alone, so a resumed run comes to the same."""
-    info = yield from run_now()
-    frame = info.next_frame or info.frames
-    if frame == 1:
-        yield [save_call(1, "the flat sheet")]
-        return
-    if info.pending:
-        yield [("restore_checkpoint", {"frame": frame - 1})]
     chance = Random(f"{seed} {frame}")
     (answer,) = yield [("get_current_state", {})]
     state = StateView.model_validate(answer.data).state

@@ -14,13 +14,16 @@ FrameWork = Generator[Calls, list[ToolResult], None]
 results of each list of calls, of which those after a refused one are missing or say so.
 """
 
+FrameWorker = Callable[[RunInfo, int], FrameWork]
+"""How a model works on a frame after the first, of which the run and the number are given; it begins at the checkpoint before."""
+
 
 class StepwiseModel:
-    """Begins ``work`` anew whenever a context without a reply begins a step, and says what it calls."""
+    """Begins ``worker`` anew whenever a context without a reply begins a step, and says what it calls."""
 
-    def __init__(self, name: str, work: Callable[[], FrameWork]) -> None:
+    def __init__(self, name: str, worker: FrameWorker) -> None:
         self.name = name
-        self._begin = work
+        self._worker = worker
         self._work: FrameWork | None = None
         self._replies = 0
 
@@ -35,7 +38,7 @@ class StepwiseModel:
         results = last_results(messages)
         try:
             if results is None or self._work is None:
-                self._work = self._begin()
+                self._work = _frame_work(self._worker)
                 return self._reply(next(self._work))
             return self._reply(self._work.send(results))
         except StopIteration:
@@ -52,10 +55,17 @@ class StepwiseModel:
         return Reply(tool_calls=made, finish_reason="tool_calls")
 
 
-def run_now() -> Generator[Calls, list[ToolResult], RunInfo]:
-    """Where the run stands."""
+def _frame_work(worker: FrameWorker) -> FrameWork:
+    """The work on the frame that is next: the flat sheet is saved, at another one what was begun before is given up."""
     (answer,) = yield [("get_run", {})]
-    return RunInfo.model_validate(answer.data)
+    info = RunInfo.model_validate(answer.data)
+    frame = info.next_frame or info.frames
+    if frame == 1:
+        yield [save_call(1, "the flat sheet")]
+        return
+    if info.pending:
+        yield [("restore_checkpoint", {"frame": frame - 1})]
+    yield from worker(info, frame)
 
 
 def compare_call(frame: int) -> tuple[str, dict[str, object]]:

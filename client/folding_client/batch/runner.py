@@ -82,6 +82,7 @@ async def work_here(planned: PlannedBatch) -> None:
     """
 
     async def work(task: BatchTask, watch: RunWatch) -> BatchEntry:
+        """One run, into its folder."""
         folder, settings = planned.folder_of(task), planned.settings_of(task)
         return await batch_entry(Path(task.sequence), folder, settings, watch, planned.budget)
 

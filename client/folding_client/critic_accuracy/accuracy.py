@@ -13,12 +13,12 @@ from typing import Literal, cast
 
 from folding_schemas.actions import Actions, Program
 from folding_schemas.results import ActionClass, CheckpointSaved, CriticGrid, RenderView, Verdict
-from pydantic import ValidationError
 
 from folding_client.assembly import SAVING, RoleModels, make_critic, make_role_models
 from folding_client.critic_accuracy.intervals import Share, share_of
 from folding_client.critic_accuracy.wrong_steps import KINDS, WrongKind, carry_out_wrongly, kinds_for
 from folding_client.interrupts import RunStopped, ToolRefused, UsageError
+from folding_client.json_files import read_json_file
 from folding_client.protocol.acting import ACTIONS, carry_out
 from folding_client.protocol.connection import ServerAddress
 from folding_client.protocol.server_client import ServerClient
@@ -94,7 +94,9 @@ class CriticAccuracy:
 
 
 def sequences_with_truth(folders: Sequence[Path]) -> list[TrueSequence]:
-    """The sequences among folders that hold a true program. UsageError if none does, or one cannot be read."""
+    """The sequences among folders that hold a true program. UsageError if none does, or one cannot be read or is not of a
+    square sheet.
+    """
     found = [
         TrueSequence(folder.resolve(), _steps(folder / TRUTH))
         for folder in folders
@@ -110,11 +112,15 @@ def sequences_with_truth(folders: Sequence[Path]) -> list[TrueSequence]:
 
 
 def _steps(file: Path) -> tuple[Actions, ...]:
-    try:
-        return Program.model_validate_json(file.read_bytes()).steps
-    except (OSError, ValidationError) as error:
-        message = f"{file} cannot be read as a program: {str(error).splitlines()[0]}."
-        raise UsageError(message) from error
+    program = read_json_file(Program, file, "a program", "sequences with the true program beside them")
+    width, height = program.sheet
+    if width != height:
+        message = (
+            f"{file} folds a sheet of {width:g} by {height:g}, and runs fold a square, so that its states cannot be made; leave "
+            "this sequence out."
+        )
+        raise UsageError(message)
+    return program.steps
 
 
 def states_to_judge(sequences: Sequence[TrueSequence], *, right: bool) -> list[StateToJudge]:

@@ -111,7 +111,7 @@ class _Evaluating:
                 if frame > 1
             }
         steps = [step or () for step in truth.steps]
-        states = await self._server.of_steps(steps)
+        states = await self._server.of_steps(steps, truth.sheet)
         if len(states) < len(steps):
             message = f"step {len(states) + 1} of its program is refused."
             raise ToolRefused(message)

@@ -6,7 +6,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-from folding_schemas.actions import Action, Actions
+from folding_schemas.actions import Actions, Program
 from folding_schemas.state_measures import StateMeasures
 
 from folding_client.evaluation.compared_state import ComparedState, compared_state
@@ -24,24 +24,21 @@ class MeasuringServer:
         """The state in a FOLD file. ToolRefused if it cannot be read."""
         return await self._measured({"fold": text})
 
-    async def of_steps(self, steps: Sequence[Actions]) -> list[ComparedState]:
-        """The state after each step, folded from the flat sheet, which is not among them. Ends before the first step that is
-        refused.
+    async def of_steps(
+        self, steps: Sequence[Actions], sheet: tuple[float, float] = (1.0, 1.0)
+    ) -> list[ComparedState]:
+        """The state after each step, folded from the flat sheet (width and height), which is not among them. Ends before the
+        first step that is refused.
         """
-        run = {"run_id": (await self._ask("open_run", {}))["run_id"]}
         states: list[ComparedState] = []
-        for step in steps:
+        for count in range(1, len(steps) + 1):
+            program = Program(sheet=sheet, steps=tuple(steps[:count]))
+            given = program.model_dump(mode="json", exclude_none=True)
             try:
-                for action in step:
-                    await self._act(action, run)
+                states.append(await self._measured({"program": given}))
             except ToolRefused:
                 break
-            states.append(await self._measured(run))
         return states
-
-    async def _act(self, action: Action, run: Mapping[str, Any]) -> None:
-        arguments = action.model_dump(mode="json", exclude_none=True, exclude={"action"})
-        await self._ask(action.action, {**arguments, **run})
 
     async def _measured(self, arguments: Mapping[str, Any]) -> ComparedState:
         return compared_state(StateMeasures.model_validate(await self._ask("measure_state", arguments)))

@@ -11,6 +11,7 @@ from folding_schemas.evaluation import RunEnding
 from pydantic import ValidationError
 
 from folding_client.interrupts import UsageError
+from folding_client.json_files import first_error
 from folding_client.record.event_log import read_events
 from folding_client.record.folder import RunFolder
 
@@ -116,7 +117,7 @@ def _steps(folder: Path) -> tuple[Actions, ...]:
     try:
         return Program(steps=tuple(steps)).steps
     except ValidationError as error:
-        message = f"The checkpoints of {folder} cannot be read: {str(error).splitlines()[0]}."
+        message = f"The checkpoints of {folder} cannot be read: {first_error(error)}."
         raise UsageError(message) from error
 
 

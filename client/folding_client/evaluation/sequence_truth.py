@@ -12,6 +12,7 @@ from folding_schemas.evaluation import StepClass
 from pydantic import ValidationError
 
 from folding_client.interrupts import UsageError
+from folding_client.json_files import first_error
 from folding_client.reconstruct import sequence_name
 
 PROGRAM_FILE = "program.json"
@@ -25,12 +26,14 @@ DERIVATION_FILE = "derivation.json"
 class SequenceTruth:
     """The true states of a sequence: a program's, or the FOLD files of its frames. Frames without a file are not scored.
 
-    ``steps`` are the actions to each frame from 2 on, None where they are not known.
+    ``steps`` are the actions to each frame from 2 on, None where they are not known; ``sheet`` is the width and height of what
+    they fold, which need not be quite square: no sheet that was photographed is.
     """
 
     name: str
     steps: tuple[Actions | None, ...]
     state_files: Mapping[int, Path] = field(default_factory=dict)
+    sheet: tuple[float, float] = (1.0, 1.0)
 
     @property
     def frames(self) -> int:
@@ -84,7 +87,7 @@ def _truths(source: Path) -> Iterator[SequenceTruth]:
         for file in sorted(source.glob("*.json")):
             document = _document(file)
             if "steps" in document:
-                yield SequenceTruth(str(document.get("name") or file.stem), _program(file, document).steps)
+                yield _of_program(str(document.get("name") or file.stem), _program(file, document))
 
 
 def _is_truth(folder: Path) -> bool:
@@ -99,8 +102,12 @@ def _of_folder(folder: Path) -> SequenceTruth:
         if file.stem.isdecimal()
     }
     if not files:
-        return SequenceTruth(name, _program(folder / PROGRAM_FILE, _document(folder / PROGRAM_FILE)).steps)
+        return _of_program(name, _program(folder / PROGRAM_FILE, _document(folder / PROGRAM_FILE)))
     return SequenceTruth(name, _derived(folder, max(files) - 1), files)
+
+
+def _of_program(name: str, program: Program) -> SequenceTruth:
+    return SequenceTruth(name, program.steps, sheet=program.sheet)
 
 
 def _derived(folder: Path, count: int) -> tuple[Actions | None, ...]:
@@ -132,5 +139,5 @@ def _program(file: Path, document: dict[str, Any]) -> Program:
     try:
         return Program.model_validate(known)
     except ValidationError as error:
-        message = f"{file} cannot be read as a program: {str(error).splitlines()[0]}."
+        message = f"{file} cannot be read as a program: {first_error(error)}."
         raise UsageError(message) from error

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from folding_schemas.run_record import RecordPart
-from pydantic import ValidationError
 
-from folding_client.interrupts import UsageError
+from folding_client.json_files import read_json_file
 
 EVALUATION_FILE = "evaluation.json"
 """Where an evaluation is looked for in a folder of runs."""
@@ -59,7 +58,7 @@ class Evaluations:
 
     def __init__(self, files: Iterable[Path]) -> None:
         self._runs: list[_ScoredRun] = [
-            run for file in files for group in _read_evaluation(file).groups for run in group.runs
+            run for file in files for group in _evaluation(file).groups for run in group.runs
         ]
 
     def of(self, folder: Path, sequence: str) -> RunScores:
@@ -81,17 +80,5 @@ def evaluation_files(roots: Iterable[Path], named: Path | None) -> list[Path]:
     return [root / EVALUATION_FILE for root in roots if (root / EVALUATION_FILE).is_file()]
 
 
-def _read_evaluation(file: Path) -> _Evaluation:
-    try:
-        return _Evaluation.model_validate_json(file.read_bytes())
-    except OSError as error:
-        message = f"Cannot read the evaluation {file}: {error.strerror}. Name what foldingagent evaluate --json printed."
-        raise UsageError(message) from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        message = (
-            f"{file} is no evaluation{f' ({where}: ' if where else ' ('}{first['msg']}); name what foldingagent evaluate "
-            "--json printed."
-        )
-        raise UsageError(message) from error
+def _evaluation(file: Path) -> _Evaluation:
+    return read_json_file(_Evaluation, file, "an evaluation", "what foldingagent evaluate --json printed")

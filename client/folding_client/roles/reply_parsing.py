@@ -12,6 +12,7 @@ from folding_schemas.results import Verdict
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from folding_client.interrupts import ReplyUnreadable
+from folding_client.json_files import first_error
 
 _LABEL = re.compile(r"\bB(\d+)\b")
 _LONGEST_WORDS = 4000
@@ -76,10 +77,7 @@ def read_form(form: type[_Form], text: str) -> _Form:
     try:
         return form.model_validate_json(json.dumps(objects[-1]))
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        message = f"{where}: {first['msg']}" if where else first["msg"]
-        raise ReplyUnreadable(message, text=text) from error
+        raise ReplyUnreadable(first_error(error), text=text) from error
 
 
 def _objects(text: str) -> Iterator[dict[str, Any]]:

@@ -1,17 +1,17 @@
 """The files of a user study: the key that tells which side was whose, and the answers that a browser saves."""
 
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from folding_client.interrupts import UsageError
+from folding_client.json_files import read_json_file
 
 ChosenPicture = Literal["A", "B", "tie"]
 """What a participant chose: the picture on the left, that on the right, or neither."""
 StudySide = Literal["first", "second"]
 """One of the two folders of runs that are compared."""
-_File = TypeVar("_File", bound=BaseModel)
 
 
 class KeyedQuestion(BaseModel):
@@ -61,7 +61,7 @@ class StudyAnswers(BaseModel):
 
 def read_key(file: Path) -> StudyKey:
     """The key of a study. UsageError if it is none."""
-    return _read(StudyKey, file, "the key that foldingagent study wrote")
+    return read_json_file(StudyKey, file, "the key of a study", "the key that foldingagent study wrote")
 
 
 def read_answers(files: list[Path], key: StudyKey) -> list[StudyAnswers]:
@@ -70,7 +70,9 @@ def read_answers(files: list[Path], key: StudyKey) -> list[StudyAnswers]:
     found: dict[str, Path] = {}
     read: list[StudyAnswers] = []
     for file in files:
-        answers = _read(StudyAnswers, file, "answers that the page of a study saved")
+        answers = read_json_file(
+            StudyAnswers, file, "the answers of a participant", "answers that the page of a study saved"
+        )
         _check(answers, file, key, known)
         if answers.rater in found:
             message = f"{file} and {found[answers.rater]} are both of the participant {answers.rater!r}; give one of them."
@@ -93,16 +95,3 @@ def _check(answers: StudyAnswers, file: Path, key: StudyKey, known: set[str]) ->
             message = f"{file} answers {answer.question!r} twice; give the file as the page saved it."
             raise UsageError(message)
         asked.add(answer.question)
-
-
-def _read(kind: type[_File], file: Path, expected: str) -> _File:
-    try:
-        return kind.model_validate_json(file.read_bytes())
-    except OSError as error:
-        message = f"Cannot read {file}: {error.strerror}. Name {expected}."
-        raise UsageError(message) from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        message = f"{file} cannot be read ({f'{where}: ' if where else ''}{first['msg']}); name {expected}."
-        raise UsageError(message) from error

@@ -3,6 +3,7 @@
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from folding_client.critic_accuracy.intervals import Share, share_of
 from folding_client.interrupts import UsageError
@@ -57,7 +58,7 @@ def study_scores(answers: Sequence[StudyAnswers], key: StudyKey) -> StudyScores:
         sequences[question.sequence].append(preference)
         questions[question.question].append(preference)
     choices = Counter(answer.choice for _, answer in given)
-    seconds = sorted(answer.seconds for _, answer in given if answer.seconds is not None)
+    seconds = [answer.seconds for _, answer in given if answer.seconds is not None]
     return StudyScores(
         key.study,
         key.first,
@@ -70,7 +71,7 @@ def study_scores(answers: Sequence[StudyAnswers], key: StudyKey) -> StudyScores:
         share_of(choices["A"], choices["A"] + choices["B"]),
         fleiss_kappa(list(questions.values())),
         krippendorff_alpha(list(questions.values())),
-        seconds[len(seconds) // 2] if seconds else None,
+        median(seconds) if seconds else None,
     )
 
 
@@ -91,7 +92,7 @@ def _shares(preferences: Sequence[Preference]) -> PreferenceShares:
 
 def study_lines(scores: StudyScores) -> Iterator[str]:
     """The figures for people, with 95 % intervals."""
-    yield f"{scores.judgements} judgements by {scores.raters} participants on {scores.questions} questions"
+    yield f"judgements {scores.judgements}, participants {scores.raters}, questions {scores.questions}"
     for name, share in (
         (scores.first, scores.shares.first),
         (scores.second, scores.shares.second),
@@ -99,7 +100,7 @@ def study_lines(scores: StudyScores) -> Iterator[str]:
     ):
         yield f"  {name}: {share.text}"
     for name, shares in scores.by_sequence.items():
-        yield f"{name}: {shares.first.count} to {shares.second.count}, {shares.tie.count} ties"
+        yield f"{name}: {shares.first.count} to {shares.second.count}, ties {shares.tie.count}"
     yield f"chosen on the left, without ties: {scores.left.text}"
     yield f"Fleiss' kappa {_figure(scores.kappa)}, Krippendorff's alpha {_figure(scores.alpha)}"
     if scores.median_seconds is not None:

@@ -38,6 +38,11 @@ def _texts(value: object) -> object:
     return read if isinstance(read, list) else [value]
 
 
+def _program_text(value: object) -> object:
+    """A program that came as an object, as text: what it must be is checked where programs are read."""
+    return value if value is None or isinstance(value, str) else json.dumps(value)
+
+
 MOST_DEGREES = 360
 """One full turn either way: more means nothing else, and very large angles have no meaning in floating point."""
 
@@ -46,6 +51,8 @@ _SIDE = WithJsonSchema({"type": "integer", "minimum": -1, "maximum": 1})
 READ_WHOLE = BeforeValidator(_whole)
 """Reads a whole number; stands after the bounds, which pydantic otherwise leaves out of the schema."""
 _Whole = Annotated[int, READ_WHOLE]
+READ_PROGRAM = BeforeValidator(_program_text)
+"""Takes a program as an object or as text."""
 
 RunId = Annotated[str | None, Field(description="a run's id; left out, the run opened last")]
 VertexIds = Annotated[

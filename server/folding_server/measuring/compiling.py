@@ -11,24 +11,27 @@ from folding_server.measuring.stated_model import StatedModel
 from folding_server.simulator.foldability import CreasePattern, FoldabilityReport, check_pattern
 from folding_server.simulator.foldability.report import CLOSING
 
+UNIT_SHEET = (1.0, 1.0)
+"""Width and height of the sheet of every run."""
 
-def compiled(model: StatedModel) -> FoldabilityReport:
-    """Whether the pattern is one planar piece that covers the unit square, closes up when folded and has an order of its
+
+def compiled(model: StatedModel, sheet: tuple[float, float] = UNIT_SHEET) -> FoldabilityReport:
+    """Whether the pattern is one planar piece that covers the sheet (width and height), closes up when folded and has an order of its
     layers that agrees with its letters, and whether every face keeps its shape in the folded form that is stated.
     The reason says what fails first.
     """
-    problem = next(_misfits(model), None)
+    problem = next(_misfits(model, sheet), None)
     if problem is not None:
         return FoldabilityReport(foldable=False, reason=problem)
     return check_pattern(model.pattern, cap=1)
 
 
-def _misfits(model: StatedModel) -> Iterator[str]:
+def _misfits(model: StatedModel, sheet: tuple[float, float]) -> Iterator[str]:
     pattern = model.pattern
     pieces = nx.number_connected_components(nx.Graph(pattern.edges_vertices))
     if pieces != 1:
         yield f"The crease pattern is in {pieces} pieces that no edge joins."
-    yield from _uncovered(pattern)
+    yield from _uncovered(pattern, *sheet)
     if model.folded_coords is None:
         return
     for i, cycle in enumerate(pattern.cycles):
@@ -40,15 +43,15 @@ def _misfits(model: StatedModel) -> Iterator[str]:
             yield f"Face {i} does not keep its shape: folded, a corner is out by {worst:.3g} of the sheet's side."
 
 
-def _uncovered(pattern: CreasePattern) -> Iterator[str]:
-    """Whether the faces cover the unit square and nothing else."""
+def _uncovered(pattern: CreasePattern, width: float, height: float) -> Iterator[str]:
+    """Whether the faces cover the sheet and nothing else."""
     xs, ys = zip(*pattern.vertices_coords, strict=True)
     box = min(xs), min(ys), max(xs), max(ys)
-    if any(abs(found - wanted) > CLOSING for found, wanted in zip(box, (0, 0, 1, 1), strict=True)):
+    if any(abs(found - wanted) > CLOSING for found, wanted in zip(box, (0, 0, width, height), strict=True)):
         yield (
             f"The crease pattern reaches from ({box[0]:.4g}, {box[1]:.4g}) to ({box[2]:.4g}, {box[3]:.4g}), not from (0, 0) to "
-            "(1, 1)."
+            f"({width:.4g}, {height:.4g})."
         )
     covered = sum(abs(area([pattern.vertices_coords[v] for v in cycle])) for cycle in pattern.cycles)
-    if abs(covered - 1) > 2 * CLOSING:
-        yield f"The faces cover an area of {covered:.4g}, not the unit square."
+    if abs(covered - width * height) > 2 * CLOSING:
+        yield f"The faces cover an area of {covered:.4g}, not of {width * height:.4g}, that of the sheet."

@@ -4,7 +4,7 @@ from folding_schemas.state_measures import StateMeasures
 
 from folding_server.geometry.line import Point
 from folding_server.interchange.fold_format import fold_document
-from folding_server.measuring.compiling import compiled
+from folding_server.measuring.compiling import UNIT_SHEET, compiled
 from folding_server.measuring.constraint_counts import NO_CONSTRAINTS, constraint_counts, locally_flat_share
 from folding_server.measuring.stated_model import StatedModel, mirrored_faces, stated_model
 from folding_server.simulator import Paper
@@ -18,14 +18,14 @@ DECIMALS = 9
 
 def measured_paper(paper: Paper) -> StateMeasures:
     """What is measured of a paper."""
-    return measured_model(stated_model(fold_document(paper)))
+    return measured_model(stated_model(fold_document(paper)), paper.sheet)
 
 
-def measured_model(model: StatedModel) -> StateMeasures:
-    """What is measured of a stated model. Where it says nothing of how it lies folded, it lies as its first face does on
+def measured_model(model: StatedModel, sheet: tuple[float, float] = UNIT_SHEET) -> StateMeasures:
+    """What is measured of a stated model, folded of a sheet of this width and height. Where it says nothing of how it lies folded, it lies as its first face does on
     the sheet, its layers in an order that agrees with its letters.
     """
-    pattern, report = model.pattern, compiled(model)
+    pattern, report = model.pattern, compiled(model, sheet)
     flat = lay_flat(pattern) if report.foldable else None
     folded = model.folded_coords or (None if flat is None else _laid(flat))
     return StateMeasures(

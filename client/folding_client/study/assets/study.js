@@ -86,7 +86,7 @@ function anew() {
 }
 
 addEventListener("keydown", (event) => {
-  if (event.altKey || event.ctrlKey || event.metaKey || event.target.closest("input")) return;
+  if (event.repeat || event.altKey || event.ctrlKey || event.metaKey || event.target.closest("input")) return;
   const choice = KEYS[event.key.toLowerCase()];
   if (choice && sections[at].dataset.question) {
     event.preventDefault();

@@ -1,33 +1,26 @@
 """Instructions: a run as steps for people to fold by, and whole programs tried without a run."""
 
-import json
 from typing import Annotated
 
 from folding_schemas.results import Instructions, ProgramTrial
 from mcp.types import CallToolResult
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import Field, WithJsonSchema
 
 from folding_server.mcp import icons
 from folding_server.mcp.context import ToolContext, app_context
-from folding_server.mcp.parameters import READ_WHOLE, ImageSize, RunId
+from folding_server.mcp.parameters import READ_PROGRAM, READ_WHOLE, ImageSize, RunId
 from folding_server.mcp.results import AnswerPicture, picture_result
 from folding_server.mcp.services import picture_metas
 from folding_server.mcp.services.instruction_jobs import instruct, try_whole
 from folding_server.mcp.services.long_calls import aside, compute_long
 from folding_server.mcp.tool_record import LOOKS, tool
 
-
-def _as_text(value: object) -> object:
-    """A program that came as an object, as text: what it must be is checked where programs are read."""
-    return value if isinstance(value, str) else json.dumps(value)
-
-
 DrawnStep = Annotated[
     int | None, Field(ge=1, description="the step to draw, from 1; left out, all"), READ_WHOLE
 ]
 ProgramGiven = Annotated[
     str,
-    BeforeValidator(_as_text),
+    READ_PROGRAM,
     WithJsonSchema({"type": "object"}),
     Field(description="a program: name and steps, each a list of actions"),
 ]
