@@ -13,8 +13,8 @@ BETTER_BY = 0.01
 """How much better, in agreement, a paper must fit under a camera of its own for the first photo's to be given up."""
 
 
-ELSEWHERE_BELOW = 0.95
-"""Agreement below which a camera that stands shows another paper, or this one elsewhere."""
+ANOTHER_BELOW = 0.95
+"""Agreement below which a photo shows another paper, or, under a camera that stands, this one elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def compare_with_photo(paper: Paper, observer: SequenceObserver, frame: int) -> 
     """
     seen = observer.frame(frame)
     first = PhotoComparison(compare(paper, seen), seen, observer)
-    enough = ELSEWHERE_BELOW if observer.stands(frame) else 1.0
+    enough = ANOTHER_BELOW if observer.stands(frame) else 1.0
     if frame == 1 or first.match.verdict == "MATCH" or first.match.agreement > enough:
         return first
     other = _under_own_camera(paper, observer, frame)

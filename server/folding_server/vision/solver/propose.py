@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
-from folding_server.vision.any_camera import BETTER_BY
+from folding_server.vision.any_camera import ANOTHER_BELOW, BETTER_BY
 from folding_server.vision.motion import movement
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
@@ -15,7 +15,6 @@ from folding_server.vision.solver.reframing import explain_reframed, known_camer
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
-    SURELY_WRONG,
     judged,
     pairs_of_actions,
     single_actions,
@@ -60,7 +59,7 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class. None
     if even the best is not the explanation.
     """
-    if plans[0].agreement < SURELY_WRONG:
+    if plans[0].agreement < ANOTHER_BELOW:
         return []
     tie = TIE_REFRAMED if plans[0].noted.own_camera else TIE
     tied: list[Plan] = []
@@ -96,10 +95,10 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     before = seen_before(paper, observer, frame)
     moved = frame > 2 and _moved(paper, observer, before)
     plans = _framed_anew(paper, observer, frame) if moved else []
-    if not plans or plans[0].agreement < SURELY_WRONG:
+    if not plans or plans[0].agreement < ANOTHER_BELOW:
         last, views = before.motion, views_after(paper, observer, before)
         standing = single_actions(paper, last, views)
-        lost = SURELY_WRONG if observer.stands(frame) else EXPLAINED
+        lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
         if not moved and judged(standing)[0].agreement < lost:
             plans = _framed_anew(paper, observer, frame)
         if pairs and not _explains(plans) and worth_pairs(standing, views):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.any_camera import ANOTHER_BELOW
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.chamfer_matching import (
     HANDHELD_DRIFT,
@@ -40,10 +41,8 @@ OFTEN_RIGHT = 2
 """As many of each kind are laid on the photo's borders first."""
 COMPOUND_BELOW = 0.975
 """If no single action explains this much, two are tried."""
-WORSE, SURELY_WRONG = 0.01, 0.95
-"""Unless the photo before was explained little better than this: no photo is explained better than its noise lets it;
-but what explains less than the second figure is not the explanation.
-"""
+WORSE = 0.01
+"""Unless the photo before was explained better than this by no more: no photo is explained better than its noise lets it."""
 FEW_FACES = 12
 """On papers of more faces there are too many folds for lines alone to tell one."""
 LOST = 0.9
@@ -67,7 +66,7 @@ def judged(plans: Sequence[Plan]) -> list[Plan]:
 
 def enough_explained(views: Views) -> float:
     """The agreement that ends a search: COMPOUND_BELOW, or all that can be hoped for in these photos."""
-    return min(COMPOUND_BELOW, max(SURELY_WRONG, views.expected - WORSE))
+    return min(COMPOUND_BELOW, max(ANOTHER_BELOW, views.expected - WORSE))
 
 
 def worth_pairs(plans: Sequence[Plan], views: Views) -> bool:
