@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from crease_patterns import all_layers, map_grid, miura
-from flat_folder import side_by_side
+from flat_folder import Comparison, side_by_side
 from folding_server.simulator.foldability import CreasePattern, check_pattern
 
 
@@ -63,11 +63,22 @@ def main() -> None:
     parser.add_argument("--flat-folder", type=Path, help="a clone of Flat-Folder; needs node")
     parser.add_argument("--every", type=int, default=1, help="compare every so many-th of its examples")
     parser.add_argument(
-        "--seconds", type=float, default=600, help="processor seconds that Flat-Folder may take for one"
+        "--seconds", type=float, default=600, help="processor seconds that each may take for one"
+    )
+    parser.add_argument(
+        "--results",
+        type=Path,
+        help="file that gets one JSON line a pattern; those in it are not measured again",
+    )
+    parser.add_argument(
+        "--ours-again", action="store_true", help="measure ours again beside Flat-Folder's times in --results"
     )
     options = parser.parse_args()
     if options.flat_folder:
-        print(json.dumps(side_by_side(options.flat_folder, options.every, options.seconds), indent=1))
+        comparison = Comparison(
+            options.flat_folder, options.every, options.seconds, options.results, options.ours_again
+        )
+        print(json.dumps(side_by_side(comparison), indent=1))
         return
     rows = [measured("warm-up", miura(2, 2), 1)]
     rows += [measured(f"miura {n}x{n}", miura(n, n), 1000) for n in (4, 8, 12, 16)]

@@ -83,12 +83,12 @@ def _order(flat: FlatFaces, around: VertexSectors, stack: list[int], equal: floa
     faces = np.array([face for (face,) in around.corners], int)
     upwards = np.array(stack[::-1] if flat.mirrored[int(faces[0])] else stack, int)
     reach = sector_reach(around)[upwards]
-    low, high = np.nonzero(_overlapping(reach, equal))
-    numbers = faces[upwards].tolist()
-    pairs = faces[upwards][np.stack([low, high])]
-    lower, upper = pairs[:, np.lexsort(pairs[::-1])].tolist()
-    lying = tuple(zip(lower, upper, strict=True))
-    return SectorOrder(lying, tuple(numbers), _only(around, upwards, reach, equal))
+    numbers = faces[upwards]
+    below = np.zeros((len(numbers), len(numbers)), bool)
+    below[np.ix_(numbers, numbers)] = _overlapping(reach, equal)
+    lower, upper = np.nonzero(below)
+    lying = tuple(zip(lower.tolist(), upper.tolist(), strict=True))
+    return SectorOrder(lying, tuple(numbers.tolist()), _only(around, upwards, reach, equal))
 
 
 def _overlapping(reach: Floats, equal: float) -> Bools:
