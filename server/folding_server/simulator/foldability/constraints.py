@@ -18,8 +18,20 @@ import shapely
 from folding_server.arrays import Bools, Geometries, Ints
 from folding_server.simulator.foldability.equations import FacePair, Rows
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.foldability.pair_table import PairTable
 from folding_server.simulator.foldability.sweep import sweep
-from folding_server.simulator.validity.contacts import along, cell_sets, overlapping, shrunk, through
+from folding_server.simulator.validity.contacts import (
+    along,
+    cell_sets,
+    near_faces,
+    near_pairs,
+    overlap_by,
+    run_through,
+    shrunk,
+)
+
+HALVINGS = 6
+"""How often the tolerance is halved in search of one at which nothing changes."""
 
 ConditionKind = Literal["taco-taco", "taco-tortilla", "tortilla-tortilla"]
 
@@ -87,6 +99,34 @@ def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
             yield (crease.left, crease.right) if left_below else (crease.right, crease.left)
 
 
+class _NearFaces:
+    """Faces and creases of a flat-lying pattern that may touch, looked up once for one tolerance after the other, each finer."""
+
+    def __init__(self, flat: FlatFaces) -> None:
+        self.flat = flat
+        self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
+        self.pairs = near_pairs(self.outlines)
+        self.found: Bools | None = None
+
+    def overlapping(self, tolerance: float) -> Ints:
+        """(n, 2): the pairs i < j of faces that overlap by more than the tolerance, ascending."""
+        if self.found is None:
+            self.found = overlap_by(self.outlines, self.pairs, tolerance)
+            kept = self.found.copy()
+            kept[~kept] = overlap_by(self.outlines, self.pairs[:, ~kept], tolerance / 2**HALVINGS)
+            self.pairs, self.found = self.pairs[:, kept], self.found[kept]
+        else:
+            found = self.found.copy()
+            found[~found] = overlap_by(self.outlines, self.pairs[:, ~found], tolerance)
+            self.found = found
+        return np.ascontiguousarray(self.pairs[:, self.found].T)
+
+    @cached_property
+    def creases(self) -> Ints:
+        """(2, n): creases with the faces that they may run through."""
+        return np.asarray(near_faces(self.flat.segments, self.outlines))
+
+
 class Contacts:
     """Where faces and creases of a flat-lying pattern touch, and the equations that follow, all of overlapping faces.
 
@@ -94,13 +134,13 @@ class Contacts:
     """
 
     def __init__(self, flat: FlatFaces, tolerance: float, coarser: "Contacts | None" = None) -> None:
-        """``coarser`` are the contacts of the same faces at a larger tolerance: what overlaps there does so here."""
+        """``coarser`` are the contacts of the same faces at a larger tolerance: what overlaps there does so here, and what was too
+        far apart there for any of the ``HALVINGS`` of a tolerance is so here.
+        """
         self.flat, self.tolerance = flat, tolerance
-        self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
-        known = None if coarser is None else coarser.pairs.T
-        found = overlapping(self.outlines, tolerance, known).T.astype(int)
-        self.pairs: Ints = found[np.lexsort((found[:, 1], found[:, 0]))]
-        self.keys = self.pairs[:, 0] * len(self.outlines) + self.pairs[:, 1]
+        self.near: _NearFaces = coarser.near if coarser else _NearFaces(flat)
+        self.outlines = self.near.outlines
+        self.pairs = self.near.overlapping(tolerance)
         self.left = np.array([crease.left for crease in flat.creases], int)
         self.right = np.array([crease.right for crease in flat.creases], int)
         self.folded = np.array([crease.folded for crease in flat.creases], bool)
@@ -129,11 +169,13 @@ class Contacts:
             and len(self.even) == len(other.even)
         )
 
+    @cached_property
+    def _table(self) -> PairTable:
+        return PairTable(self.pairs, len(self.outlines))
+
     def overlap(self, x: Ints, y: Ints) -> Bools:
         """Whether faces overlap, pair by pair."""
-        keys = np.minimum(x, y) * len(self.outlines) + np.maximum(x, y)
-        at = np.searchsorted(self.keys, keys)
-        return np.asarray(np.append(self.keys, -1)[at] == keys)
+        return self._table.has(x, y)
 
     @cached_property
     def known(self) -> Ints:
@@ -163,9 +205,11 @@ class Contacts:
         """The creases that faces span, with the faces, of those that overlap both faces beside the crease."""
         if not self.flat.creases:
             return np.zeros(0, int), np.zeros(0, int)
-        crease, face = through(self.flat.segments, self.outlines, self.tolerance)
-        left, right = self.left[crease], self.right[crease]
-        kept = (left != face) & (right != face) & self.overlap(left, face) & self.overlap(right, face)
+        crease, face = self.near.creases
+        for beside in (self.left, self.right):
+            kept = (beside[crease] != face) & self.overlap(beside[crease], face)
+            crease, face = crease[kept], face[kept]
+        kept = run_through(self.flat.segments, self.outlines, np.stack([crease, face]), self.tolerance)
         return crease[kept], face[kept]
 
     @cached_property
