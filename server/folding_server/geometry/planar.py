@@ -13,7 +13,7 @@ from folding_server.geometry.line import Point
 
 FEW_EDGES = 3000
 """Edges of which all pairs fit into memory: comparing boxes is quick, and exact tests of many through one point are not."""
-CLEARLY = 1e-9
+SURELY_BESIDE = 1e-9
 """By how much, as the sine of an angle, a point is clearly beside a line: a million times what rounding comes to."""
 TURNED = 1e-9
 """Radians between two directions beyond which they are surely not the same: a million times what rounding of angles comes to."""
@@ -101,7 +101,7 @@ def _on_one_side(first: Floats, second: Floats) -> Bools:
     """(n,): whether segments (n, 2, 2) clearly lie on one side of the line through others, row by row."""
     run, arms = first[:, 1] - first[:, 0], second - first[:, :1]
     away = run[:, None, 0] * arms[..., 1] - run[:, None, 1] * arms[..., 0]
-    rounding = CLEARLY * np.abs(run).sum(axis=1) * np.abs(arms).max(axis=(1, 2))
+    rounding = SURELY_BESIDE * np.abs(run).sum(axis=1) * np.abs(arms).max(axis=(1, 2))
     return np.asarray((away.min(axis=1) > rounding) | (away.max(axis=1) < -rounding))
 
 
