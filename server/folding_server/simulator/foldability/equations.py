@@ -122,11 +122,12 @@ def _numbered(classes: SignedClasses, statements: _Statements, rows: Ints, odd: 
     below = np.where(opposite[1:, None], statements.pairs[:, ::-1], statements.pairs)
     order = np.argsort(numbers[1:], kind="stable")
     by_class = below[order]
+    lower, upper = (_shared(row, statements.width) for row in by_class.T)
     held = 2 * numbers[1:] + ~opposite[1:]
     parities, watching = _parities(np.where(rows >= 0, numbers[np.maximum(rows, 0)], -1), odd, len(firsts))
     return Equations(
         _codes(np.append(x, y), np.append(y, x), np.append(held, held ^ 1), statements.width),
-        list(_slices(list(zip(*by_class.T.tolist(), strict=True)), numbers[1:], len(firsts))),
+        list(_slices(list(zip(lower, upper, strict=True)), numbers[1:], len(firsts))),
         parities,
         watching,
         by_class,
@@ -136,8 +137,15 @@ def _numbered(classes: SignedClasses, statements: _Statements, rows: Ints, odd: 
 def _codes(x: Ints, y: Ints, codes: Ints, faces: int) -> list[dict[int, int]]:
     """Face x -> face y -> code, of codes in any order."""
     order = np.argsort(x, kind="stable")
-    there, code = _slices(y[order].tolist(), x, faces), _slices(codes[order].tolist(), x, faces)
+    there = _slices(_shared(y[order], faces), x, faces)
+    code = _slices(_shared(codes[order], int(codes.max(initial=0)) + 1), x, faces)
     return [dict(zip(others, theirs, strict=True)) for others, theirs in zip(there, code, strict=True)]
+
+
+def _shared(numbers: Ints, count: int) -> list[int]:
+    """Numbers below a count as a list of which equal ones are one object: of millions, a fifth of the memory."""
+    shared: list[int] = np.arange(count).astype(object)[numbers].tolist()
+    return shared
 
 
 def _slices(rows: list[T], owners: Ints, count: int) -> Iterator[list[T]]:
