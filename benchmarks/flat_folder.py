@@ -88,7 +88,7 @@ def kept_rows(results: Path | None) -> dict[str, dict[str, Any]]:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class SideBySide:
     """What is compared, and how.
 
     ``clone``       of Flat-Folder
@@ -127,7 +127,7 @@ class Comparison:
             yield row
 
 
-def side_by_side(comparison: Comparison) -> dict[str, Any]:
+def side_by_side(comparison: SideBySide) -> dict[str, Any]:
     """Every compared pattern with both times and their ratio, and what the ratios come to.
 
     Patterns that Flat-Folder refuses, or that neither settles in time, are listed and not counted.

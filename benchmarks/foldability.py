@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from crease_patterns import all_layers, map_grid, miura
-from flat_folder import Comparison, side_by_side
+from flat_folder import SideBySide, side_by_side
 from flat_folder_counts import counts_side_by_side
 from folding_server.simulator.foldability import CreasePattern, check_pattern
 
@@ -88,7 +88,7 @@ def main() -> None:
         print(json.dumps(counts_side_by_side(options.flat_folder, options.every, options.seconds), indent=1))
         return
     if options.flat_folder:
-        comparison = Comparison(
+        comparison = SideBySide(
             options.flat_folder, options.every, options.seconds, options.results, options.ours_again
         )
         print(json.dumps(side_by_side(comparison), indent=1))
