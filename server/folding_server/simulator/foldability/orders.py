@@ -35,6 +35,7 @@ class Orders:
         self.joined = conditions.beside or (-1,) * conditions.faces
         self.value: list[bool | None] = [None] * len(self.equations.members)
         self.trail: list[int] = []
+        self._undone = 0
         if not self.decide(CERTAIN, value=True):
             raise ContradictionError
 
@@ -82,6 +83,11 @@ class Orders:
         followed += [codes[z][y] for z in bits(below) if both & cells[z]]
         return all(self._note(code >> 1, bool(code & 1), waiting) for code in followed)
 
+    @property
+    def work(self) -> int:
+        """How many classes were given a value so far, those of which it was taken back included."""
+        return len(self.trail) + self._undone
+
     def likely(self, number: int) -> bool:
         """The value to try first of an open class: the face that is laid goes next to the one it is joined to.
 
@@ -101,6 +107,7 @@ class Orders:
 
     def undo(self, length: int) -> None:
         """Take back decisions until the trail has this length."""
+        self._undone += max(0, len(self.trail) - length)
         while len(self.trail) > length:
             number = self.trail.pop()
             for x, y in self._statements(number):
