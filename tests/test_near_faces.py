@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import shapely
 from folding_server.geometry.planar import all_crossings
-from folding_server.simulator.foldability.constraints import HALVINGS, Contacts
+from folding_server.simulator.foldability.constraints import Contacts
 from folding_server.simulator.foldability.flat_faces import lay_flat
+from folding_server.simulator.foldability.near_contacts import HALVINGS
 from folding_server.simulator.foldability.pair_table import PairTable
 from folding_server.simulator.foldability.pattern import pattern_of
 from folding_server.simulator.foldability.tolerances import first_tolerance
@@ -61,13 +62,16 @@ def test_edges_that_meet_elsewhere_than_in_a_vertex_are_those_of_which_each_two_
     ]
 
 
+@pytest.mark.parametrize("order", [1, -1], ids=["coarse first", "fine first"])
 @pytest.mark.parametrize("seed", [2, 8, 10, 15])
-def test_contacts_at_a_finer_tolerance_are_the_same_whether_looked_up_before_or_not(seed):
+def test_contacts_at_a_finer_tolerance_are_the_same_whether_looked_up_before_or_not(seed, order):
     flat = lay_flat(pattern_of(random_paper(seed, 7)))
     finest = first_tolerance(flat)
-    contacts = Contacts(flat, finest * 2**HALVINGS)
+    row = [Contacts(flat, finest * 2**HALVINGS)]
     for tolerance in (finest * 32, finest * 16, finest):
-        contacts, alone = Contacts(flat, tolerance, contacts), Contacts(flat, tolerance)
+        row.append(Contacts(flat, tolerance, row[-1]))
+    for contacts in row[::order]:
+        alone = Contacts(flat, contacts.tolerance)
         assert alone.size > (0, 0, 0)
         for kind in ("pairs", "known", "equal", "even"):
             found, expected = (np.unique(getattr(each, kind), axis=0) for each in (contacts, alone))

@@ -15,23 +15,17 @@ from typing import Literal
 import numpy as np
 import shapely
 
-from folding_server.arrays import Bools, Geometries, Ints
+from folding_server.arrays import Bools, Ints
 from folding_server.simulator.foldability.equations import FacePair, Rows
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.foldability.near_contacts import NearContacts
 from folding_server.simulator.foldability.pair_table import PairTable
 from folding_server.simulator.foldability.sweep import sweep
 from folding_server.simulator.validity.contacts import (
     along,
     cell_sets,
-    near_faces,
-    near_pairs,
-    overlap_by,
-    run_through,
     shrunk,
 )
-
-HALVINGS = 6
-"""How often the tolerance is halved in search of one at which nothing changes."""
 
 ConditionKind = Literal["taco-taco", "taco-tortilla", "tortilla-tortilla"]
 
@@ -99,34 +93,6 @@ def assigned_orders(flat: FlatFaces) -> Iterator[FacePair]:
             yield (crease.left, crease.right) if left_below else (crease.right, crease.left)
 
 
-class _NearFaces:
-    """Faces and creases of a flat-lying pattern that may touch, looked up once for one tolerance after the other, each finer."""
-
-    def __init__(self, flat: FlatFaces) -> None:
-        self.flat = flat
-        self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
-        self.pairs = near_pairs(self.outlines)
-        self.found: Bools | None = None
-
-    def overlapping(self, tolerance: float) -> Ints:
-        """(n, 2): the pairs i < j of faces that overlap by more than the tolerance, ascending."""
-        if self.found is None:
-            self.found = overlap_by(self.outlines, self.pairs, tolerance)
-            kept = self.found.copy()
-            kept[~kept] = overlap_by(self.outlines, self.pairs[:, ~kept], tolerance / 2**HALVINGS)
-            self.pairs, self.found = self.pairs[:, kept], self.found[kept]
-        else:
-            found = self.found.copy()
-            found[~found] = overlap_by(self.outlines, self.pairs[:, ~found], tolerance)
-            self.found = found
-        return np.ascontiguousarray(self.pairs[:, self.found].T)
-
-    @cached_property
-    def creases(self) -> Ints:
-        """(2, n): creases with the faces that they may run through."""
-        return np.asarray(near_faces(self.flat.segments, self.outlines))
-
-
 class Contacts:
     """Where faces and creases of a flat-lying pattern touch, and the equations that follow, all of overlapping faces.
 
@@ -138,7 +104,7 @@ class Contacts:
         far apart there for any of the ``HALVINGS`` of a tolerance is so here.
         """
         self.flat, self.tolerance = flat, tolerance
-        self.near: _NearFaces = coarser.near if coarser else _NearFaces(flat)
+        self.near: NearContacts = coarser.near if coarser else NearContacts(flat, tolerance)
         self.outlines = self.near.outlines
         self.pairs = self.near.overlapping(tolerance)
         self.left = np.array([crease.left for crease in flat.creases], int)
@@ -164,9 +130,9 @@ class Contacts:
     def as_many(self, other: "Contacts") -> bool:
         """Whether as many pairs of faces overlap as in others, with as many equations, which are found only if they do."""
         return (
-            len(self.pairs) == len(other.pairs)
-            and len(self.equal) == len(other.equal)
-            and len(self.even) == len(other.even)
+            len(other.pairs) == len(self.pairs)
+            and len(other.equal) == len(self.equal)
+            and len(other.even) == len(self.even)
         )
 
     @cached_property
@@ -205,12 +171,12 @@ class Contacts:
         """The creases that faces span, with the faces, of those that overlap both faces beside the crease."""
         if not self.flat.creases:
             return np.zeros(0, int), np.zeros(0, int)
-        crease, face = self.near.creases
+        chosen = np.arange(self.near.creases.shape[1])
         for beside in (self.left, self.right):
-            kept = (beside[crease] != face) & self.overlap(beside[crease], face)
-            crease, face = crease[kept], face[kept]
-        kept = run_through(self.flat.segments, self.outlines, np.stack([crease, face]), self.tolerance)
-        return crease[kept], face[kept]
+            crease, face = self.near.creases[:, chosen]
+            chosen = chosen[(beside[crease] != face) & self.overlap(beside[crease], face)]
+        crease, face = self.near.creases[:, chosen[self.near.run_through(chosen, self.tolerance)]]
+        return crease, face
 
     @cached_property
     def _spans_rows(self) -> Ints:
