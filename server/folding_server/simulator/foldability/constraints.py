@@ -174,7 +174,7 @@ class Contacts:
         chosen = np.arange(self.near.creases.shape[1])
         for beside in (self.left, self.right):
             crease, face = self.near.creases[:, chosen]
-            chosen = chosen[(beside[crease] != face) & self.overlap(beside[crease], face)]
+            chosen = chosen[self.overlap(beside[crease], face)]
         crease, face = self.near.creases[:, chosen[self.near.run_through(chosen, self.tolerance)]]
         return crease, face
 

@@ -7,6 +7,7 @@ import shapely
 
 from folding_server.arrays import Bools, Geometries, Ints
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.foldability.pair_table import PairTable
 from folding_server.simulator.validity.contacts import near_faces, near_pairs, overlap_by, run_through
 
 HALVINGS = 6
@@ -41,13 +42,17 @@ class NearContacts:
 
     @cached_property
     def creases(self) -> Ints:
-        """(2, n): creases with the faces that they may run through."""
-        return np.asarray(near_faces(self.flat.segments, self.outlines))
+        """(2, n): creases with the faces that they may run through, of those that may overlap both faces beside the crease."""
+        found = np.asarray(near_faces(self.flat.segments, self.outlines))
+        table = PairTable(self.pairs.T, len(self.outlines))
+        for beside in zip(*((crease.left, crease.right) for crease in self.flat.creases), strict=True):
+            found = found[:, table.has(np.array(beside, int)[found[0]], found[1])]
+        return found
 
     @cached_property
-    def _runs(self) -> Ints:
+    def _runs(self) -> np.ndarray:
         """(n,): of ``creases``, 1 where one was found to run through the face, -1 where it does at no tolerance to come."""
-        return np.zeros(self.creases.shape[1], int)
+        return np.zeros(self.creases.shape[1], np.int8)
 
     def run_through(self, chosen: Ints, tolerance: float) -> Bools:
         """(k,): whether those of ``creases`` with these numbers run through the inside of the face for more than the tolerance."""
