@@ -69,14 +69,19 @@ def measured_by_us(file: Path, seconds: float, cap: int = 1) -> dict[str, Any]:
     return found
 
 
+def differ(ours: dict[str, Any], theirs: dict[str, Any]) -> bool:
+    """Whether both found something, and not the same."""
+    return None not in {ours["states"], theirs["states"]} and ours["states"] != theirs["states"]
+
+
 def ratio_of(ours: dict[str, Any], theirs: dict[str, Any]) -> float | None:
     """Our processor seconds over Flat-Folder's; at most so much where Flat-Folder did not end, at least where ours did not.
 
-    None where Flat-Folder refuses the pattern, or where neither ended.
+    None where Flat-Folder refuses the pattern, where neither ended, and where both did and found different things.
     """
     if theirs["states"] is None and theirs["refused"] != OUT_OF_TIME:
         return None
-    if theirs["states"] is None and ours["states"] is None:
+    if theirs["states"] == ours["states"] is None or differ(ours, theirs):
         return None
     return round(float(ours["cpu"] / theirs["cpu"]), 3)
 
@@ -130,13 +135,15 @@ class SideBySide:
 def side_by_side(comparison: SideBySide) -> dict[str, Any]:
     """Every compared pattern with both times and their ratio, and what the ratios come to.
 
-    Patterns that Flat-Folder refuses, or that neither settles in time, are listed and not counted.
+    Patterns that Flat-Folder refuses, that neither settles in time, or of which both find something else, are listed and not counted.
     """
     rows = list(comparison.rows())
-    ratios: list[float] = [row["ratio"] for row in rows if row["ratio"] is not None]
+    found = [ratio_of(row["ours"], row["flat_folder"]) for row in rows]
+    ratios = [ratio for ratio in found if ratio is not None]
     return {
         "clone": str(comparison.clone),
         "patterns": rows,
+        "differ": [row["pattern"] for row in rows if differ(row["ours"], row["flat_folder"])],
         "compared": len(ratios),
         "median_ratio": round(median(ratios), 3) if ratios else None,
         "largest_ratio": max(ratios, default=None),

@@ -21,8 +21,9 @@ STOPPED = {"states": None, "refused": OUT_OF_TIME, "cpu": 40.0}
         (STOPPED, ENDED, 10.0),
         (STOPPED, STOPPED, None),
         (ENDED, {"states": None, "refused": "I is not iterable", "cpu": 1.0}, None),
+        (ENDED, {**ENDED, "states": "0"}, None),
     ],
-    ids=["both ended", "theirs stopped", "ours stopped", "both stopped", "refused"],
+    ids=["both ended", "theirs stopped", "ours stopped", "both stopped", "refused", "another verdict"],
 )
 def test_a_ratio_is_of_what_both_took_and_of_the_limit_where_one_was_stopped(ours, theirs, ratio):
     assert ratio_of(ours, theirs) == ratio
