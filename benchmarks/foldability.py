@@ -3,7 +3,8 @@ document.
 
 Miura-ori by size, squares folded eight times through all layers, maps without letters (whose counts are known), and,
 given its folder, the golden set with the number of verdicts and counts that agree. With ``--flat-folder`` and a clone of Flat-Folder,
-only its examples of 500 to 6,000 faces are folded, by both, in processor seconds (``flat_folder.py``).
+only its examples of 500 to 6,000 faces are folded, by both, in processor seconds (``flat_folder.py``), or, with ``--counts``, the
+numbers of layer orders compared with those that it lists (``flat_folder_counts.py``).
 """
 
 import argparse
@@ -12,7 +13,8 @@ import time
 from pathlib import Path
 
 from crease_patterns import all_layers, map_grid, miura
-from flat_folder import side_by_side
+from flat_folder import SideBySide, side_by_side
+from flat_folder_counts import counts_side_by_side
 from folding_server.simulator.foldability import CreasePattern, check_pattern
 
 
@@ -63,11 +65,33 @@ def main() -> None:
     parser.add_argument("--flat-folder", type=Path, help="a clone of Flat-Folder; needs node")
     parser.add_argument("--every", type=int, default=1, help="compare every so many-th of its examples")
     parser.add_argument(
-        "--seconds", type=float, default=600, help="processor seconds that Flat-Folder may take for one"
+        "--seconds",
+        type=float,
+        default=600,
+        help="seconds that each may take for one: of the processor, in counting of the clock",
+    )
+    parser.add_argument(
+        "--results",
+        type=Path,
+        help="file that gets one JSON line a pattern; those in it are not measured again",
+    )
+    parser.add_argument(
+        "--ours-again", action="store_true", help="measure ours again beside Flat-Folder's times in --results"
+    )
+    parser.add_argument(
+        "--counts",
+        action="store_true",
+        help="compare numbers of orders with those that its tables list instead",
     )
     options = parser.parse_args()
+    if options.flat_folder and options.counts:
+        print(json.dumps(counts_side_by_side(options.flat_folder, options.every, options.seconds), indent=1))
+        return
     if options.flat_folder:
-        print(json.dumps(side_by_side(options.flat_folder, options.every, options.seconds), indent=1))
+        comparison = SideBySide(
+            options.flat_folder, options.every, options.seconds, options.results, options.ours_again
+        )
+        print(json.dumps(side_by_side(comparison), indent=1))
         return
     rows = [measured("warm-up", miura(2, 2), 1)]
     rows += [measured(f"miura {n}x{n}", miura(n, n), 1000) for n in (4, 8, 12, 16)]

@@ -14,7 +14,13 @@ from folding_server.simulator.foldability.equations import ContradictionError, e
 from folding_server.simulator.foldability.flat_faces import lay_flat
 from folding_server.simulator.foldability.general_solver import solve
 from folding_server.simulator.foldability.orders import Orders
-from folding_server.simulator.foldability.search import count_orders, first_order
+from folding_server.simulator.foldability.search import (
+    count_orders,
+    first_order,
+    outwards,
+    parts,
+    search_part,
+)
 from folding_server.simulator.validity import violations
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -223,6 +229,38 @@ def test_the_general_solver_decides_a_part_as_the_search_does(pattern):
     orders = Orders(conditions(lay_flat(pattern), 1e-4))
     assert solve(orders, orders.open_classes())
     assert not orders.open_classes()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.sampled_from([0.4, 0.7, 1.0, 1.3]), min_size=2, max_size=6),
+    st.text("MVU", min_size=1, max_size=5),
+)
+def test_a_part_is_decided_the_same_from_its_first_class_outwards(widths, letters):
+    """Each class once, and a way is found where there is one, in whatever order classes are tried."""
+    try:
+        orders = Orders(conditions(lay_flat(grid(len(widths), 1, letters, tuple(widths))), 1e-4))
+    except ContradictionError:
+        return
+    for part in parts(orders, orders.open_classes()):
+        row, length = outwards(orders, part), len(orders.trail)
+        assert sorted(row) == sorted(part)
+        found = search_part(orders, row)
+        orders.undo(length)
+        assert search_part(orders, part) == found
+        orders.undo(length)
+
+
+def test_a_search_ends_when_it_has_done_as_much_as_it_may_and_leaves_the_orders_as_they_were():
+    """What was tried and taken back counts as well."""
+    pairs, opposite = frozenset({(0, 1), (0, 2), (1, 2)}), frozenset({((0, 1), (2, 0))})
+    together = Conditions(3, pairs, (), opposite, frozenset(), cells=(1, 1, 1), reached=(0, 1, 2))
+    orders = Orders(together)
+    part = orders.open_classes()
+    assert search_part(orders, part, effort=0) is None
+    assert orders.open_classes() == part
+    assert orders.work > 1
+    assert search_part(orders, part) is not None
 
 
 @pytest.mark.parametrize("decide", [first_order, lambda orders: solve(orders, orders.open_classes())])

@@ -5,10 +5,10 @@ from math import cos, radians, sin
 import networkx as nx
 import numpy as np
 import pytest
-from folding_server.geometry.graph import component_of, components, edge_faces, sides
+from folding_server.geometry.graph import component_of, components, edge_faces, sides, without_dead_ends
 from folding_server.geometry.isometry import IDENTITY, Isometry, mirror, mirror_line, turn
 from folding_server.geometry.line import Point, line_through
-from folding_server.geometry.planar import boundary_cycles, without_dead_ends
+from folding_server.geometry.planar import boundary_cycles
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity, turned_between
 from hypothesis import given

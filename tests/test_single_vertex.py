@@ -7,6 +7,8 @@ from math import atan2, cos, inf, pi, sin
 from random import Random
 
 import pytest
+from folding_server.interchange.arrangement import arranged
+from folding_server.interchange.drawn_line import DrawnLine
 from folding_server.simulator.foldability import Counting, CreasePattern, check_pattern
 from folding_server.simulator.foldability.big_little_big import big_little_big
 from folding_server.simulator.foldability.classes import ContradictionError
@@ -194,6 +196,64 @@ def test_the_quick_order_is_that_of_the_search(letters: str) -> None:
         check_pattern(pattern, counting=counting) for counting in (Counting(seconds=0.5), Counting(None))
     )
     assert (quick.stack, quick.lying, quick.states) == (searched.stack, searched.lying, searched.states)
+
+
+def marked(marks: Sequence[tuple[Point, Point]], at: Point, letters: str) -> CreasePattern:
+    """Creases from a point of a square sheet at equal angles, with marks."""
+    turns = [0.1 + 2 * pi * k / len(letters) for k in range(len(letters))]
+    creases = zip((to_rim(at, turn) for turn in turns), letters, strict=True)
+    sides = zip(CORNERS, (*CORNERS[1:], CORNERS[0]), strict=True)
+    return arranged(
+        [DrawnLine(p, q, "B") for p, q in sides]
+        + [DrawnLine(at, end, "M" if letter == "M" else "V") for end, letter in creases]
+        + [DrawnLine(p, q, "F") for p, q in marks]
+    )
+
+
+MARKS = {
+    "from the vertex": [((11.0, 7.0), (HALF, 60.0)), ((11.0, 7.0), (-HALF, HALF))],
+    "across": [((-HALF, 40.0), (HALF, 90.0)), ((-100.0, -HALF), (-80.0, HALF))],
+    "through the vertex": [((-HALF, 7.0), (HALF, 7.0))],
+    "beside the creases": [((150.0, 191.0), (170.0, 199.0)), ((-HALF, -150.0), (HALF, -150.0))],
+}
+
+
+@pytest.mark.parametrize(
+    "marks",
+    [
+        pytest.param(marks, id=name, marks=[pytest.mark.slow] * (name == "across"))
+        for name, marks in MARKS.items()
+    ],
+)
+def test_marks_do_not_change_how_creases_at_one_point_lie(marks: list[tuple[Point, Point]]) -> None:
+    """The quick order meets every condition that the search for layers asks of the faces between the marks."""
+    pattern = marked(marks, (11.0, 7.0), "MM" + "VM" * 79)
+    flat = lay_flat(pattern)
+    found = single_vertex_order(flat)
+    assert found is not None
+    assert len(pattern.cycles) > 160
+    assert sorted(found.stack) == list(range(len(pattern.cycles)))
+    assert holds(pattern, list(found.stack))
+    searched = conditions(flat, 1e-4)
+    assert {frozenset(pair) for pair in found.lying} == {frozenset(pair) for pair in searched.pairs.tolist()}
+
+
+def test_a_crease_that_changes_its_letter_at_a_mark_is_not_one_crease() -> None:
+    pattern = marked([((-HALF, 40.0), (HALF, 90.0))], (11.0, 7.0), "MM" + "VM" * 79)
+    outer = max(
+        (
+            edge
+            for edge, letter in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
+            if letter == "M"
+        ),
+        key=lambda edge: min(pattern.vertices_coords[v][1] for v in edge),
+    )
+    changed = tuple(
+        "V" if edge == outer else letter
+        for edge, letter in zip(pattern.edges_vertices, pattern.edges_assignment, strict=True)
+    )
+    assert single_vertex_order(lay_flat(pattern)) is not None
+    assert single_vertex_order(lay_flat(replace(pattern, edges_assignment=changed))) is None
 
 
 def test_a_face_that_reaches_out_of_its_sector_is_not_taken_for_a_sector() -> None:

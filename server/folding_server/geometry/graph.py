@@ -35,6 +35,22 @@ def edge_faces(faces: Mapping[int, Cycle]) -> dict[Edge, tuple[int, ...]]:
     return beside
 
 
+def without_dead_ends(edges: Sequence[Edge]) -> list[Edge]:
+    """The edges without those that end in a vertex no other edge meets, again and again: they bound no face."""
+    beside: dict[int, set[int]] = {}
+    for u, v in edges:
+        beside.setdefault(u, set()).add(v)
+        beside.setdefault(v, set()).add(u)
+    waiting = [v for v, others in beside.items() if len(others) == 1]
+    while waiting:
+        v = waiting.pop()
+        for other in beside.pop(v):
+            beside[other].discard(v)
+            if len(beside[other]) == 1:
+                waiting.append(other)
+    return [(u, v) for u, v in edges if u in beside and v in beside]
+
+
 def component_of(nodes: Iterable[int], edges: Iterable[Sequence[int]]) -> dict[int, int]:
     """For each node the least node of its connected component. Union-find with path halving."""
     parent = {node: node for node in nodes}

@@ -3,17 +3,20 @@
 from collections.abc import Iterator, Mapping, Sequence
 from math import atan2
 
-import networkx as nx
 import numpy as np
 import shapely
 
 from folding_server.arrays import Bools, Floats, Ints
 from folding_server.geometry.convex import area
-from folding_server.geometry.graph import Cycle, Edge
+from folding_server.geometry.graph import Cycle, Edge, without_dead_ends
 from folding_server.geometry.line import Point
 
 FEW_EDGES = 3000
 """Edges of which all pairs fit into memory: comparing boxes is quick, and exact tests of many through one point are not."""
+SURELY_BESIDE = 1e-9
+"""By how much, as the sine of an angle, a point is clearly beside a line: a million times what rounding comes to."""
+TURNED = 1e-9
+"""Radians between two directions beyond which they are surely not the same: a million times what rounding of angles comes to."""
 
 
 def boundary_cycles(
@@ -24,12 +27,6 @@ def boundary_cycles(
         return tuple(cycle if _area(vertices, cycle) > 0 else cycle[::-1] for cycle in faces)
     bounding = without_dead_ends(edges)
     return tuple(cycle for cycle in _walks(vertices, bounding) if _area(vertices, cycle) > 0)
-
-
-def without_dead_ends(edges: Sequence[Edge]) -> list[Edge]:
-    """The edges without those that end in a vertex no other edge meets, again and again: they bound no face."""
-    core = nx.k_core(nx.Graph(edges), 2)
-    return [edge for edge in edges if edge in core.edges]
 
 
 def _area(vertices: Sequence[Point], cycle: Cycle) -> float:
@@ -73,28 +70,62 @@ def crossing_edges(vertices: Sequence[Point], edges: Sequence[Edge]) -> Edge | N
 
 
 def all_crossings(vertices: Sequence[Point], edges: Sequence[Edge]) -> list[Edge]:
-    """The indices i < j of all pairs of edges that meet elsewhere than in a common vertex."""
+    """The indices i < j of all pairs of edges that meet elsewhere than in a common vertex, ascending."""
     points = np.array(vertices, float).reshape(-1, 2)
     ends = np.array(edges, int).reshape(-1, 2)
+    found = np.concatenate([_apart_and_crossing(points, ends), _run_together(points, ends)])
+    return [(i, j) for i, j in np.unique(found, axis=0).tolist()]
+
+
+def with_common_end(first: Ints, second: Ints) -> Bools:
+    """(n,): whether edges (n, 2) have a vertex in common, row by row."""
+    (a, b), (c, d) = first.T, second.T
+    return np.asarray((a == c) | (a == d) | (b == c) | (b == d))
+
+
+def _apart_and_crossing(points: Floats, ends: Ints) -> Ints:
+    """(n, 2): the pairs i < j of edges without a common vertex that meet."""
     segments = np.asarray(shapely.linestrings(points[ends]))
     tree = shapely.STRtree(segments)
-    i, j = tree.query(segments) if len(edges) <= FEW_EDGES else tree.query(segments, predicate="intersects")
+    i, j = tree.query(segments) if len(ends) <= FEW_EDGES else tree.query(segments, predicate="intersects")
     i, j = i[i < j], j[i < j]
-    same = ends[i][:, :, None] == ends[j][:, None, :]
-    common = same.any(axis=(1, 2))
-    both = same.any(axis=2).all(axis=1)
-    apart = np.flatnonzero(~common)
-    found = np.zeros(len(i), bool)
-    found[apart] = shapely.intersects(segments[i[apart]], segments[j[apart]])
-    found |= both | (common & _run_together(points, ends[i], ends[j], same))
-    return [(int(a), int(b)) for a, b in zip(i[found], j[found], strict=True)]
+    near = ~with_common_end(ends[i], ends[j])
+    for first, second in ((i, j), (j, i)):
+        near[near] = ~_on_one_side(points[ends[first[near]]], points[ends[second[near]]])
+    i, j = i[near], j[near]
+    meet = shapely.intersects(segments[i], segments[j])
+    return np.stack([i[meet], j[meet]], axis=1)
 
 
-def _run_together(points: Floats, first: Ints, second: Ints, same: Bools) -> Bools:
-    """Whether edges (n, 2) with one common end leave it in exactly one direction; ``same`` (n, 2, 2) says which end it is."""
-    rows = np.arange(len(first))
-    k, m = same.any(axis=2).argmax(axis=1), same.any(axis=1).argmax(axis=1)
-    a = points[first[rows, 1 - k]] - points[first[rows, k]]
-    b = points[second[rows, 1 - m]] - points[second[rows, m]]
-    level: Bools = (a[:, 0] * b[:, 1] == a[:, 1] * b[:, 0]) & ((a * b).sum(axis=1) > 0)
-    return level
+def _on_one_side(first: Floats, second: Floats) -> Bools:
+    """(n,): whether segments (n, 2, 2) clearly lie on one side of the line through others, row by row."""
+    run, arms = first[:, 1] - first[:, 0], second - first[:, :1]
+    away = run[:, None, 0] * arms[..., 1] - run[:, None, 1] * arms[..., 0]
+    rounding = SURELY_BESIDE * np.abs(run).sum(axis=1) * np.abs(arms).max(axis=(1, 2))
+    return np.asarray((away.min(axis=1) > rounding) | (away.max(axis=1) < -rounding))
+
+
+def _run_together(points: Floats, ends: Ints) -> Ints:
+    """(n, 2): the pairs i < j of edges that leave a common vertex in exactly one direction, or have both vertices in common.
+
+    Only those are compared that follow each other around the vertex and turn by less than ``TURNED``.
+    """
+    here, there = ends.T.reshape(-1), ends[:, ::-1].T.reshape(-1)
+    edge = np.tile(np.arange(len(ends)), 2)
+    run = points[there] - points[here] + 0.0
+    turn = np.arctan2(run[:, 1], run[:, 0])
+    order = np.lexsort((turn, here))
+    here, there, edge, run, turn = here[order], there[order], edge[order], run[order], turn[order]
+    found, first = [np.zeros((0, 2), int)], np.arange(len(order))
+    for after in range(1, len(order)):
+        first = first[first + after < len(order)]
+        second = first + after
+        close = (here[first] == here[second]) & (turn[second] - turn[first] <= TURNED)
+        first, second = first[close], second[close]
+        if not len(first):
+            break
+        a, b = run[first], run[second]
+        level = (a[:, 0] * b[:, 1] == a[:, 1] * b[:, 0]) & ((a * b).sum(axis=1) > 0)
+        kept = level | (there[first] == there[second])
+        found.append(np.sort(np.stack([edge[first][kept], edge[second][kept]], axis=1), axis=1))
+    return np.concatenate(found)

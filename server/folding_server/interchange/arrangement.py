@@ -5,14 +5,13 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar
 
-import numpy as np
 import shapely
 
 from folding_server.errors import ProgramError
 from folding_server.geometry.graph import Edge, edge_of
 from folding_server.geometry.line import Point
-from folding_server.interchange.cutting import segments_cut, span_of
-from folding_server.interchange.drawn_line import COINCIDENT, DrawnLine
+from folding_server.interchange.cutting import CutLines, lines_cut
+from folding_server.interchange.drawn_line import DrawnLine
 from folding_server.interchange.gaps import GAP, closed_gaps
 from folding_server.interchange.islands import bridges
 from folding_server.simulator.foldability import Assignment, CreasePattern, FileAxes, said
@@ -32,28 +31,30 @@ def arranged(
     ``gap``, in units of the drawing's longer side, are joined to it and listed in ``joined``. Lines of the assignments
     ``off_sheet`` that lie outside the outline are left out. ``axes`` say where the file has a point. ProgramError if a mountain and a valley lie on top of each other.
     """
-    lines, joined = closed_gaps(lines, gap)
-    pattern = _cut_once(lines, off_sheet, axes)
+    lines, joined, cut = closed_gaps(lines, gap)
+    pattern = _cut_pattern(lines, cut, off_sheet, axes)
     marks = [
         DrawnLine(start, end, "F") for start, end in bridges(pattern.vertices_coords, pattern.edges_vertices)
     ]
-    return replace(_cut_once([*lines, *marks], off_sheet, axes) if marks else pattern, joined=joined)
+    if marks:
+        lines = [*lines, *marks]
+        pattern = _cut_pattern(lines, lines_cut(lines), off_sheet, axes)
+    return replace(pattern, joined=joined)
 
 
-def _cut_once(lines: Sequence[DrawnLine], off_sheet: str, axes: FileAxes | None) -> CreasePattern:
-    ends = np.array([(line.start, line.end) for line in lines], float).reshape(-1, 2, 2)
-    near = COINCIDENT * span_of(ends)
-    points, passed = segments_cut(ends, near)
-    vertices = tuple((x, y) for x, y in points.tolist())
+def _cut_pattern(
+    lines: Sequence[DrawnLine], cut: CutLines, off_sheet: str, axes: FileAxes | None
+) -> CreasePattern:
+    vertices = tuple((x, y) for x, y in cut.places.tolist())
     places = [axes.place(vertex) for vertex in vertices] if axes else vertices
     assignments: dict[Edge, Assignment] = {}
-    for line, row in zip(lines, passed, strict=True):
+    for line, row in zip(lines, cut.passed, strict=True):
         for u, v in pairwise(row):
             edge = edge_of(u, v)
             assignments[edge] = stronger(
                 assignments.get(edge, line.assignment), line.assignment, places[u], places[v]
             )
-    kept = _within_outline(vertices, assignments, near, off_sheet)
+    kept = _within_outline(vertices, assignments, cut.near, off_sheet)
     return CreasePattern(*_without_idle(vertices, list(kept)), tuple(kept.values()), axes=axes)
 
 

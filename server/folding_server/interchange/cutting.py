@@ -3,16 +3,39 @@
 Linear where many meet in one point: ends are gathered into vertices first, and segments with a common vertex are not cut anew.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import shapely
 
 from folding_server.arrays import Bools, Floats, Indices, Ints
 from folding_server.geometry.graph import component_of
+from folding_server.geometry.planar import with_common_end
+from folding_server.interchange.drawn_line import COINCIDENT, DrawnLine
 
 FEW = 3000
 """Segments of which all pairs fit into memory: comparing boxes is quick, and exact distances of many through one point are not."""
 SHORTEST = 1e-150
 """Instead of a length of zero, where one divides by its square."""
+
+
+@dataclass(frozen=True)
+class CutLines:
+    """Lines cut where they meet: ``places`` (k, 2) of the vertices, for each line the numbers of those that it ``passed`` from its
+    start to its end, and how ``near`` points are one vertex.
+    """
+
+    places: Floats
+    passed: list[list[int]]
+    near: float
+
+
+def lines_cut(lines: Sequence[DrawnLine]) -> CutLines:
+    """Lines cut where they meet, ends that almost coincide taken as one vertex."""
+    ends = np.array([(line.start, line.end) for line in lines], float).reshape(-1, 2, 2)
+    near = COINCIDENT * span_of(ends)
+    return CutLines(*segments_cut(ends, near), near)
 
 
 def span_of(ends: Floats) -> float:
@@ -30,7 +53,7 @@ def segments_cut(ends: Floats, near: float) -> tuple[Floats, list[list[int]]]:
     snapped = ends.reshape(-1, 2)[_firsts(vertex)][vertex].reshape(-1, 2, 2)
     first, second = _neighbours(snapped, near)
     met = vertex.reshape(-1, 2)
-    apart = ~(met[first][:, :, None] == met[second][:, None, :]).any(axis=(1, 2))
+    apart = ~with_common_end(met[first], met[second])
     crossings, i, j = _crossings(snapped, first[apart], second[apart], near)
     points = np.concatenate([ends.reshape(-1, 2), crossings])
     numbers = np.array(one_vertex_each(points, near), int)

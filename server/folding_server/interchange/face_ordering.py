@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from folding_server.errors import ProgramError
 from folding_server.geometry.convex import overlap
@@ -15,6 +14,9 @@ from folding_server.interchange.flat_motions import ROUNDED
 from folding_server.simulator import overlapping_pairs
 from folding_server.simulator.foldability import CreasePattern
 from folding_server.simulator.paper import FoldedCrease, Paper
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Relation = set[tuple[int, int]]
 
@@ -51,6 +53,8 @@ def _order(paper: Paper, given: Relation, assignments: Mapping[Edge, str]) -> tu
     """A total order, bottom to top, of all faces that agrees with the relation between overlapping ones."""
     known = {frozenset(pair) for pair in given}
     relation = given | {pair for pair in _by_assignments(paper, assignments) if frozenset(pair) not in known}
+    import networkx as nx
+
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(paper.faces)
     graph.add_edges_from(relation)
@@ -70,6 +74,8 @@ def _by_assignments(paper: Paper, assignments: Mapping[Edge, str]) -> Iterable[t
 
 def _topological(graph: "nx.DiGraph[int]") -> tuple[int, ...]:
     """The faces in an order in which every lower face comes first; smallest id first at a choice."""
+    import networkx as nx
+
     order: list[int] = []
     with suppress(nx.NetworkXUnfeasible):  # raised at a circle, when all faces outside of it have been given
         order.extend(nx.lexicographical_topological_sort(graph))

@@ -10,7 +10,7 @@ import shapely
 
 from folding_server.arrays import Floats, Indices, Ints
 from folding_server.geometry.line import Point
-from folding_server.interchange.cutting import segments_cut, span_of
+from folding_server.interchange.cutting import CutLines, lines_cut
 from folding_server.interchange.drawn_line import COINCIDENT, DrawnLine
 from folding_server.simulator.foldability import JoinedEnd
 
@@ -25,14 +25,15 @@ MARKS = "F"
 
 def closed_gaps(
     lines: Sequence[DrawnLine], gap: float = GAP
-) -> tuple[list[DrawnLine], tuple[JoinedEnd, ...]]:
-    """The lines with loose ends moved onto the nearest vertex within ``gap``, else the nearest line, and what was moved.
+) -> tuple[list[DrawnLine], tuple[JoinedEnd, ...], CutLines]:
+    """The lines with loose ends moved onto the nearest vertex within ``gap``, else the nearest line; what was moved; and the
+    lines as they are then, cut.
 
     An end that reaches beyond the line it was drawn to by less than ``gap`` is taken back to it.
     """
-    changed, joined = list(lines), []
-    for _ in range(ROUNDS):
-        moves = _moves(changed, gap) if gap > COINCIDENT else []
+    changed, joined, cut = list(lines), list[JoinedEnd](), lines_cut(lines)
+    for _ in range(ROUNDS if gap > COINCIDENT else 0):
+        moves = _moves(changed, cut, gap)
         if not moves:
             break
         for k, end, place, size in moves:
@@ -40,14 +41,13 @@ def closed_gaps(
             before = line.end if end else line.start
             changed[k] = replace(line, end=place) if end else replace(line, start=place)
             joined.append(JoinedEnd(before, place, size))
-    return changed, tuple(joined)
+        cut = lines_cut(changed)
+    return changed, tuple(joined), cut
 
 
-def _moves(lines: Sequence[DrawnLine], gap: float) -> list[tuple[int, int, Point, float]]:
+def _moves(lines: Sequence[DrawnLine], cut: CutLines, gap: float) -> list[tuple[int, int, Point, float]]:
     """(line, 0 start or 1 end, where to, how far in units of the longer side) of the loose ends that are joined."""
-    ends = np.array([(line.start, line.end) for line in lines], float).reshape(-1, 2, 2)
-    extent = span_of(ends)
-    places, passed = segments_cut(ends, COINCIDENT * extent)
+    places, passed, extent = cut.places, cut.passed, cut.near / COINCIDENT
     stretches = [(u, v, k) for k, row in enumerate(passed) for u, v in itertools.pairwise(row)]
     if not stretches:
         return []

@@ -6,9 +6,8 @@ import numpy as np
 import shapely
 
 from folding_server.arrays import Floats
-from folding_server.geometry.graph import Edge, components
+from folding_server.geometry.graph import Edge, components, without_dead_ends
 from folding_server.geometry.line import Point
-from folding_server.geometry.planar import without_dead_ends
 
 
 def bridges(vertices: Sequence[Point], edges: Sequence[Edge]) -> list[tuple[Point, Point]]:

@@ -6,7 +6,6 @@ from typing import Literal
 
 from folding_server.errors import ProgramError
 from folding_server.interchange.crease_pattern import crease_pattern_of
-from folding_server.interchange.crease_pattern_svg import crease_pattern_svg
 from folding_server.interchange.dxf import read_dxf
 from folding_server.interchange.fold_format import crease_pattern_document, fold_text, pattern_document
 from folding_server.interchange.fold_frames import read_frames
@@ -74,6 +73,8 @@ def written_pattern(pattern: CreasePattern, ending: str) -> str:
     """A crease pattern as text for a file with this ending. ProgramError if that is not written."""
     match ending.lower():
         case ".svg":
+            from folding_server.interchange.crease_pattern_svg import crease_pattern_svg
+
             return crease_pattern_svg(pattern, legend=True)
         case ".cp":
             return oripa_text(pattern)

@@ -13,28 +13,41 @@ from folding_server.simulator.foldability.orders import Orders
 from folding_server.simulator.foldability.search import parts, search_part
 
 SECONDS = 2.0
-"""How long faces are left out; what is left then is named."""
+"""How long faces are left out at most; what is left then is named."""
+SHORT = 0.5
+"""How long they are left out at least, if it takes so long, however quickly it was found that there is no order."""
 
 
 def conflicting_faces(conditions: Conditions, seconds: float = SECONDS) -> list[int]:
     """Faces that have no order among themselves, ascending: half of them are left out, then quarters, down to one by one.
 
-    Zeller and Hildebrandt, "Simplifying and isolating failure-inducing input" (2002).
+    They are left out in the order in which they are laid, so that what is left out lies together. Zeller and Hildebrandt,
+    "Simplifying and isolating failure-inducing input" (2002).
     """
     end = perf_counter() + seconds
-    kept = np.arange(conditions.faces)
+    has_none = _contradicts if _contradicts(conditions) else _has_none
+    kept = np.argsort(conditions.reached)
     size = (len(kept) + 1) // 2
     while size and perf_counter() < end:
         smaller = False
         for start in range(0, len(kept), size):
             rest = np.delete(kept, slice(start, start + size))
-            if perf_counter() < end and len(rest) > 1 and _has_none(_among(conditions, rest)):
+            if perf_counter() < end and len(rest) > 1 and has_none(_among(conditions, rest)):
                 kept, smaller = rest, True
                 break
         if not smaller:
             size = size // 2
         size = min(size, (len(kept) + 1) // 2)
-    return [int(face) for face in kept]
+    return sorted(kept.tolist())
+
+
+def _contradicts(conditions: Conditions) -> bool:
+    """Whether there is no order as far as that follows without trying."""
+    try:
+        Orders(conditions)
+    except ContradictionError:
+        return True
+    return False
 
 
 def _has_none(conditions: Conditions) -> bool:

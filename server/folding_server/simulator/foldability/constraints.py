@@ -15,11 +15,17 @@ from typing import Literal
 import numpy as np
 import shapely
 
-from folding_server.arrays import Bools, Geometries, Ints
+from folding_server.arrays import Bools, Ints
 from folding_server.simulator.foldability.equations import FacePair, Rows
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.foldability.near_contacts import NearContacts
+from folding_server.simulator.foldability.pair_table import PairTable
 from folding_server.simulator.foldability.sweep import sweep
-from folding_server.simulator.validity.contacts import along, cell_sets, overlapping, shrunk, through
+from folding_server.simulator.validity.contacts import (
+    along,
+    cell_sets,
+    shrunk,
+)
 
 ConditionKind = Literal["taco-taco", "taco-tortilla", "tortilla-tortilla"]
 
@@ -94,13 +100,13 @@ class Contacts:
     """
 
     def __init__(self, flat: FlatFaces, tolerance: float, coarser: "Contacts | None" = None) -> None:
-        """``coarser`` are the contacts of the same faces at a larger tolerance: what overlaps there does so here."""
+        """``coarser`` are the contacts of the same faces at a larger tolerance: what overlaps there does so here, and what was too
+        far apart there for any of the ``HALVINGS`` of a tolerance is so here.
+        """
         self.flat, self.tolerance = flat, tolerance
-        self.outlines: Geometries = np.array([shapely.Polygon(outline) for outline in flat.outlines])
-        known = None if coarser is None else coarser.pairs.T
-        found = overlapping(self.outlines, tolerance, known).T.astype(int)
-        self.pairs: Ints = found[np.lexsort((found[:, 1], found[:, 0]))]
-        self.keys = self.pairs[:, 0] * len(self.outlines) + self.pairs[:, 1]
+        self.near: NearContacts = coarser.near if coarser else NearContacts(flat, tolerance)
+        self.outlines = self.near.outlines
+        self.pairs = self.near.overlapping(tolerance)
         self.left = np.array([crease.left for crease in flat.creases], int)
         self.right = np.array([crease.right for crease in flat.creases], int)
         self.folded = np.array([crease.folded for crease in flat.creases], bool)
@@ -124,16 +130,18 @@ class Contacts:
     def as_many(self, other: "Contacts") -> bool:
         """Whether as many pairs of faces overlap as in others, with as many equations, which are found only if they do."""
         return (
-            len(self.pairs) == len(other.pairs)
-            and len(self.equal) == len(other.equal)
-            and len(self.even) == len(other.even)
+            len(other.pairs) == len(self.pairs)
+            and len(other.equal) == len(self.equal)
+            and len(other.even) == len(self.even)
         )
+
+    @cached_property
+    def _table(self) -> PairTable:
+        return PairTable(self.pairs, len(self.outlines))
 
     def overlap(self, x: Ints, y: Ints) -> Bools:
         """Whether faces overlap, pair by pair."""
-        keys = np.minimum(x, y) * len(self.outlines) + np.maximum(x, y)
-        at = np.searchsorted(self.keys, keys)
-        return np.asarray(np.append(self.keys, -1)[at] == keys)
+        return self._table.has(x, y)
 
     @cached_property
     def known(self) -> Ints:
@@ -163,10 +171,12 @@ class Contacts:
         """The creases that faces span, with the faces, of those that overlap both faces beside the crease."""
         if not self.flat.creases:
             return np.zeros(0, int), np.zeros(0, int)
-        crease, face = through(self.flat.segments, self.outlines, self.tolerance)
-        left, right = self.left[crease], self.right[crease]
-        kept = (left != face) & (right != face) & self.overlap(left, face) & self.overlap(right, face)
-        return crease[kept], face[kept]
+        chosen = np.arange(self.near.creases.shape[1])
+        for beside in (self.left, self.right):
+            crease, face = self.near.creases[:, chosen]
+            chosen = chosen[self.overlap(beside[crease], face)]
+        crease, face = self.near.creases[:, chosen[self.near.run_through(chosen, self.tolerance)]]
+        return crease, face
 
     @cached_property
     def _spans_rows(self) -> Ints:

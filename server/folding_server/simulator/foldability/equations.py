@@ -1,7 +1,9 @@
 """Statements about pairs of faces that are equal or opposite, gathered into classes; what is left relates classes."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -9,6 +11,8 @@ from folding_server.arrays import Bools, Ints
 from folding_server.simulator.foldability.classes import ContradictionError, SignedClasses
 
 __all__ = ["CERTAIN", "ContradictionError", "Equations", "FacePair", "equations", "rows_of"]
+
+T = TypeVar("T")
 
 FacePair = tuple[int, int]
 """(x, y), read as the statement that face x lies below face y."""
@@ -28,12 +32,14 @@ class Equations:
     ``members``   class -> the statements that hold if the class is true
     ``parities``  (classes, odd): an odd or an even number of these classes is true
     ``watching``  class -> indices of the parities it is in
+    ``pairs``     (n, 2): ``members`` of all classes, one after the other
     """
 
     codes: list[dict[int, int]]
     members: list[list[FacePair]]
     parities: list[tuple[tuple[int, ...], bool]]
     watching: list[list[int]]
+    pairs: Ints
 
     def literal(self, x: int, y: int) -> tuple[int, bool]:
         """The class of the statement [x, y] and its value if the statement holds."""
@@ -115,19 +121,37 @@ def _numbered(classes: SignedClasses, statements: _Statements, rows: Ints, odd: 
     x, y = statements.pairs.T
     below = np.where(opposite[1:, None], statements.pairs[:, ::-1], statements.pairs)
     order = np.argsort(numbers[1:], kind="stable")
-    ends = np.cumsum(np.bincount(numbers[1:], minlength=len(firsts)))[:-1]
-    sorted_pairs = list(map(tuple, below[order].tolist()))
-    members = [
-        sorted_pairs[start:end]
-        for start, end in zip([0, *ends.tolist()], [*ends.tolist(), len(order)], strict=True)
-    ]
-    codes: list[dict[int, int]] = [{} for _ in range(statements.width)]
-    held = (2 * numbers[1:] + ~opposite[1:]).tolist()
-    for i, j, code in zip(x.tolist(), y.tolist(), held, strict=True):
-        codes[i][j] = code
-        codes[j][i] = code ^ 1
+    by_class = below[order]
+    lower, upper = (_shared(row, statements.width) for row in by_class.T)
+    held = 2 * numbers[1:] + ~opposite[1:]
     parities, watching = _parities(np.where(rows >= 0, numbers[np.maximum(rows, 0)], -1), odd, len(firsts))
-    return Equations(codes, members, parities, watching)
+    return Equations(
+        _codes(np.append(x, y), np.append(y, x), np.append(held, held ^ 1), statements.width),
+        list(_slices(list(zip(lower, upper, strict=True)), numbers[1:], len(firsts))),
+        parities,
+        watching,
+        by_class,
+    )
+
+
+def _codes(x: Ints, y: Ints, codes: Ints, faces: int) -> list[dict[int, int]]:
+    """Face x -> face y -> code, of codes in any order."""
+    order = np.argsort(x, kind="stable")
+    there = _slices(_shared(y[order], faces), x, faces)
+    code = _slices(_shared(codes[order], int(codes.max(initial=0)) + 1), x, faces)
+    return [dict(zip(others, theirs, strict=True)) for others, theirs in zip(there, code, strict=True)]
+
+
+def _shared(numbers: Ints, count: int) -> list[int]:
+    """Numbers below a count as a list of which equal ones are one object: of millions, a fifth of the memory."""
+    shared: list[int] = np.arange(count).astype(object)[numbers].tolist()
+    return shared
+
+
+def _slices(rows: list[T], owners: Ints, count: int) -> Iterator[list[T]]:
+    """Rows that are sorted by owner, those of each of the owners 0 to ``count`` - 1."""
+    ends = np.cumsum(np.bincount(owners, minlength=count)).tolist()
+    return (rows[start:end] for start, end in pairwise([0, *ends]))
 
 
 def _parities(

@@ -3,7 +3,7 @@
 Orders known so far are kept as bit sets per face, so that transitivity through a decided pair is a few set operations.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -35,6 +35,7 @@ class Orders:
         self.joined = conditions.beside or (-1,) * conditions.faces
         self.value: list[bool | None] = [None] * len(self.equations.members)
         self.trail: list[int] = []
+        self._undone = 0
         if not self.decide(CERTAIN, value=True):
             raise ContradictionError
 
@@ -69,7 +70,7 @@ class Orders:
         """Note what follows by transitivity from what a class says. False if that contradicts what is known."""
         over, under, touching = self.over, self.under, self.touching
         for x, y in self._statements(number):
-            above, below = over[y] & touching[x] & ~over[x], under[x] & touching[y] & ~under[y]
+            above, below = over[y] & (touching[x] ^ over[x]), under[x] & (touching[y] ^ under[y])
             if (above or below) and not self._close_pair(x, y, above, below, waiting):
                 return False
         return True
@@ -81,6 +82,11 @@ class Orders:
         followed = [codes[x][z] for z in bits(above) if both & cells[z]]
         followed += [codes[z][y] for z in bits(below) if both & cells[z]]
         return all(self._note(code >> 1, bool(code & 1), waiting) for code in followed)
+
+    @property
+    def work(self) -> int:
+        """How many classes were given a value so far, those of which it was taken back included."""
+        return len(self.trail) + self._undone
 
     def likely(self, number: int) -> bool:
         """The value to try first of an open class: the face that is laid goes next to the one it is joined to.
@@ -101,16 +107,17 @@ class Orders:
 
     def undo(self, length: int) -> None:
         """Take back decisions until the trail has this length."""
+        self._undone += max(0, len(self.trail) - length)
         while len(self.trail) > length:
             number = self.trail.pop()
             for x, y in self._statements(number):
-                self.over[x] &= ~(1 << y)
-                self.under[y] &= ~(1 << x)
+                self.over[x] ^= self.bit[y]
+                self.under[y] ^= self.bit[x]
             self.value[number] = None
 
     def lying(self) -> list[FacePair]:
         """The decided pairs, (lower, upper), sorted."""
-        return sorted((x, y) for x, above in enumerate(self.over) for y in bits(above))
+        return [(x, y) for x, above in enumerate(self.over) for y in _numbers(above, len(self.over))]
 
     def open_classes(self) -> list[int]:
         """The classes that are not decided."""
@@ -134,11 +141,11 @@ class Orders:
         """What the parities of a decided class imply: the last open class of one; a contradiction if none is open."""
         for k in self.equations.watching[number]:
             row, odd = self.equations.parities[k]
-            left = [other for other in row if self.value[other] is None]
-            if len(left) <= 1:
+            left = _open_one(row, self.value)
+            if left is not None:
                 held = sum(bool(self.value[other]) for other in row) % 2 == 1
-                if left:
-                    yield left[0], held != odd
+                if left >= 0:
+                    yield left, held != odd
                 elif held != odd:
                     yield number, not self.value[number]
 
@@ -167,17 +174,39 @@ def _bit_set(numbers: Iterable[int], size: int) -> int:
     return int.from_bytes(np.packbits(held, bitorder="little").tobytes(), "little")
 
 
+def _numbers(mask: int, size: int) -> list[int]:
+    """The numbers in a bit set of numbers below a size, ascending; quicker than ``bits`` where there are many."""
+    held = np.frombuffer(mask.to_bytes(size // 8 + 1, "little"), np.uint8)
+    numbers: list[int] = np.flatnonzero(np.unpackbits(held, bitorder="little")).tolist()
+    return numbers
+
+
+def _open_one(row: Sequence[int], value: Sequence[bool | None]) -> int | None:
+    """The only open class of a row, -1 if none is open, None if several are."""
+    left = -1
+    for number in row:
+        if value[number] is None:
+            if left >= 0:
+                return None
+            left = number
+    return left
+
+
 def _turns(equations: Equations, conditions: Conditions) -> tuple[list[tuple[int, int]], list[FacePair]]:
     """For each class when it is best decided, and of its pairs the one that says so: (face that is laid, other face)."""
-    reached, joined = conditions.reached, conditions.beside or (-1,) * conditions.faces
-    turns, pairs = [], []
-    for members in equations.members:
-        best, pair = (conditions.faces, 0), (0, 0)
-        for x, y in members:
-            laid, other = (x, y) if reached[x] > reached[y] else (y, x)
-            turn = (reached[laid], -1 if joined[laid] == other else reached[other])
-            if turn < best:
-                best, pair = turn, (laid, other)
-        turns.append(best)
-        pairs.append(pair)
+    if not len(equations.pairs):
+        return [(conditions.faces, 0)], [(0, 0)]
+    reached = np.array(conditions.reached, int)
+    joined = np.array(conditions.beside or (-1,) * conditions.faces, int)
+    x, y = equations.pairs.T
+    first = reached[x] > reached[y]
+    laid, other = np.where(first, x, y), np.where(first, y, x)
+    after = np.where(joined[laid] == other, -1, reached[other])
+    sizes = np.array([len(members) for members in equations.members])
+    order = np.lexsort((after, reached[laid], np.repeat(np.arange(len(sizes)), sizes)))
+    best = order[np.minimum(np.cumsum(sizes) - sizes, len(order) - 1)]
+    turns = list(zip(reached[laid[best]].tolist(), after[best].tolist(), strict=True))
+    pairs = list(zip(laid[best].tolist(), other[best].tolist(), strict=True))
+    if not sizes[CERTAIN]:
+        turns[CERTAIN], pairs[CERTAIN] = (conditions.faces, 0), (0, 0)
     return turns, pairs

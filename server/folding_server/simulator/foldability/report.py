@@ -3,17 +3,14 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
+from time import perf_counter
 from typing import Literal
 
 import shapely
 
 from folding_server.simulator.foldability.classes import ContradictionError
-from folding_server.simulator.foldability.conflict import conflicting_faces
-from folding_server.simulator.foldability.constraints import (
-    Conditions,
-    assigned_orders,
-    constraint_conditions,
-)
+from folding_server.simulator.foldability.conflict import SECONDS, SHORT, conflicting_faces
+from folding_server.simulator.foldability.constraints import assigned_orders, constraint_conditions
 from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.fault import Fault, said
 from folding_server.simulator.foldability.flat_faces import FlatFaces, lay_flat
@@ -156,7 +153,7 @@ def _layered(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
 
 def _searched(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
     """The report on a pattern by the search for an order of its layers."""
-    tried: Conditions | None = None
+    tried, started = None, perf_counter()
     for contacts in contacts_to_try(flat):
         given = constraint_conditions(contacts)
         tried = tried or given
@@ -168,7 +165,8 @@ def _searched(flat: FlatFaces, counting: Counting) -> FoldabilityReport:
         if first_order(orders):
             return _counted(flat, orders, decided, counting)
     assert tried is not None
-    fault = _layer_conflict(flat, conflicting_faces(tried))
+    naming = min(SECONDS, max(SHORT, perf_counter() - started))
+    fault = _layer_conflict(flat, conflicting_faces(tried, naming))
     return _refused(fault.detail, [fault])
 
 

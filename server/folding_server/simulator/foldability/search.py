@@ -8,9 +8,11 @@ from time import perf_counter
 from folding_server.simulator.foldability.orders import Orders
 
 EFFORT = 200_000
-"""Classes decided by trial before the general solver is asked for one order; counting may take twice as many."""
+"""Classes given a value by trial before the general solver is asked for one order; counting may take twice as many."""
 FIRST_EFFORT = 20_000
-"""Classes decided by trial and taken back before what is open is taken apart into parts that do not depend on each other."""
+"""Classes given a value by trial before what is open is taken apart into parts that do not depend on each other, and before the
+classes of a part are tried in another order.
+"""
 DEEPEST = 300
 """Nested choices beyond which counting takes the first order found for the only one and says that there may be more."""
 
@@ -45,19 +47,43 @@ def first_order(orders: Orders) -> bool:
     """Decide every open class so that all conditions hold. False, with the orders as they were, if there is no way."""
     start = len(orders.trail)
     everything = sorted(orders.open_classes(), key=orders.turn.__getitem__)
-    found = search_part(orders, everything, min(EFFORT, 2 * len(everything) + FIRST_EFFORT))
+    found = search_part(orders, everything, FIRST_EFFORT + 2 * len(everything))
     if found is not None:
         return found
     for part in parts(orders, everything):
-        found = search_part(orders, part)
-        if found is None:
-            from folding_server.simulator.foldability.general_solver import solve
-
-            found = solve(orders, part)
-        if not found:
+        if not _decided(orders, part):
             orders.undo(start)
             return False
     return True
+
+
+def _decided(orders: Orders, part: list[int]) -> bool:
+    """Decide the classes of a part: by trial, first those that share conditions one after the other, then as they are best
+    decided, then by the general solver. False if there is no way.
+    """
+    found = search_part(orders, outwards(orders, part), FIRST_EFFORT + 2 * len(part))
+    return _decided_in_order(orders, part) if found is None else found
+
+
+def _decided_in_order(orders: Orders, part: list[int]) -> bool:
+    found = search_part(orders, part)
+    if found is None:
+        from folding_server.simulator.foldability.general_solver import solve
+
+        found = solve(orders, part)
+    return found
+
+
+def outwards(orders: Orders, part: list[int]) -> list[int]:
+    """The classes of a part from its first on, each after one that it shares a condition with: a contradiction then lies near
+    the choice that it comes from.
+    """
+    left, found = set(part[1:]), [part[0]]
+    for number in found:
+        near = orders.related(number) & left
+        left -= near
+        found.extend(sorted(near, key=orders.turn.__getitem__))
+    return [*found, *sorted(left)]
 
 
 def count_orders(
@@ -121,7 +147,7 @@ def search_part(orders: Orders, part: list[int], effort: int | None = None) -> b
     """
     choices: list[tuple[int, int, bool]] = []
     start, position = len(orders.trail), 0
-    left = EFFORT if effort is None else effort
+    most = orders.work + (EFFORT if effort is None else effort)
     while True:
         while position < len(part) and orders.value[part[position]] is not None:
             position += 1
@@ -134,8 +160,7 @@ def search_part(orders: Orders, part: list[int], effort: int | None = None) -> b
             position = _other_way(orders, part, choices)
             if position < 0:
                 return False
-        left -= 1 + max(0, len(orders.trail) - before)
-        if left < 0:
+        if orders.work > most:
             orders.undo(start)
             return None
 
@@ -196,10 +221,6 @@ def _branch(orders: Orders, part: list[int], whole: int, count: CountBudget, dep
 def _any(orders: Orders, part: list[int]) -> int:
     """1 if a part has an order, else 0; leaves the orders as they were."""
     length = len(orders.trail)
-    found = search_part(orders, part)
-    if found is None:
-        from folding_server.simulator.foldability.general_solver import solve
-
-        found = solve(orders, part)
+    found = _decided_in_order(orders, part)
     orders.undo(length)
     return int(found)

@@ -1,11 +1,13 @@
 """Crease patterns of which all creases meet in one vertex: a layer order without comparing every face with every other."""
 
 from dataclasses import dataclass
-from math import atan2, tau
+from math import tau
 
 import numpy as np
+import shapely
 
 from folding_server.arrays import Bools, Floats, Ints
+from folding_server.geometry.graph import component_of
 from folding_server.simulator.foldability.equations import FacePair
 from folding_server.simulator.foldability.flat_faces import FlatFaces
 from folding_server.simulator.foldability.pattern import FOLDED_ASSIGNMENTS
@@ -16,6 +18,8 @@ from folding_server.simulator.foldability.single_vertex import (
     sector_stack,
     tolerances,
 )
+from folding_server.simulator.foldability.tolerances import first_tolerance
+from folding_server.simulator.validity.contacts import overlapping
 
 MANY_CREASES = 150
 """Creases at the vertex from which on the order is found so: for fewer the general way takes less than half a second."""
@@ -38,57 +42,81 @@ def single_vertex_order(flat: FlatFaces) -> SectorOrder | None:
     """A layer order of a pattern of which all creases, many of them, meet in one vertex; None of any other pattern.
 
     What holds near the vertex holds everywhere, as every face stays within its sector: further out the same layers lie on
-    each other, or fewer.
+    each other, or fewer. Marks may divide sectors, and creases, into several.
     """
-    around = _single_vertex(flat)
-    if around is None:
-        return None
+    folded = sum(letter in FOLDED_ASSIGNMENTS for letter in flat.pattern.edges_assignment)
+    for around in sectors_around(flat.pattern, MANY_CREASES) if folded >= MANY_CREASES else ():
+        sectors = _sectors_of_faces(flat, around)
+        if sectors is not None and _within(flat, around, sectors):
+            return _found_order(flat, around, sectors)
+    return None
+
+
+def _found_order(flat: FlatFaces, around: VertexSectors, sectors: Ints) -> SectorOrder | None:
     for equal in reversed(list(tolerances())):
         stack = sector_stack(around, equal)
         if stack is not None and not layers_cross(around, stack, equal):
-            return _order(flat, around, stack, equal)
+            return _order(flat, around, sectors, stack, equal)
     return None
 
 
-def _single_vertex(flat: FlatFaces) -> VertexSectors | None:
-    """The sectors around the vertex in which all creases meet, if there is one and each sector is one face."""
-    pattern = flat.pattern
-    folded = sum(letter in FOLDED_ASSIGNMENTS for letter in pattern.edges_assignment)
-    if folded < MANY_CREASES:
+def _sectors_of_faces(flat: FlatFaces, around: VertexSectors) -> Ints | None:
+    """The sector that each face lies in, by its marks and creases; None if there are others."""
+    faces, count = range(len(flat.outlines)), len(around.angles)
+    joined = component_of(faces, [(c.left, c.right) for c in flat.creases if not c.folded])
+    sector_of = {joined[face]: k for k, corners in enumerate(around.corners) for face in corners}
+    if len(sector_of) != count or any(joined[face] not in sector_of for face in faces):
         return None
-    for around in sectors_around(pattern, folded):
-        faces = [face for corners in around.corners for face in corners]
-        if len(faces) == len(around.angles) == len(pattern.cycles) and _within(flat, around):
-            return around
-    return None
+    sectors = np.array([sector_of[joined[face]] for face in faces], int)
+    beside = {frozenset({k, (k + 1) % count}): letter for k, letter in enumerate(around.letters)}
+    alike = all(
+        beside.get(frozenset(sectors[[crease.left, crease.right]].tolist())) == crease.assignment
+        for crease in flat.creases
+        if crease.folded
+    )
+    return sectors if alike else None
 
 
-def _within(flat: FlatFaces, around: VertexSectors) -> bool:
+def _within(flat: FlatFaces, around: VertexSectors, sectors: Ints) -> bool:
     """Whether each face lies between the two directions of its sector, as seen from the vertex."""
-    x, y = flat.pattern.vertices_coords[around.vertex]
-    for (face,), angle in zip(around.corners, around.angles, strict=True):
-        cycle = flat.pattern.cycles[face]
-        start = cycle.index(around.vertex)
-        turns = [
-            atan2(v - y, u - x)
-            for u, v in (flat.pattern.vertices_coords[w] for w in (*cycle[start + 1 :], *cycle[:start]))
-        ]
-        if any((turn - turns[0] + ASIDE) % tau > angle + 2 * ASIDE for turn in turns):
-            return False
-    return True
+    cycles = flat.pattern.cycles
+    first = [cycles[corners[0]] for corners in around.corners]
+    starts = np.array([cycle[(cycle.index(around.vertex) + 1) % len(cycle)] for cycle in first], int)
+    vertex, sector = np.concatenate(cycles), np.repeat(sectors, [len(cycle) for cycle in cycles])
+    vertex, sector = vertex[vertex != around.vertex], sector[vertex != around.vertex]
+    arms = np.array(flat.pattern.vertices_coords, float) - flat.pattern.vertices_coords[around.vertex]
+    turns = np.arctan2(arms[:, 1], arms[:, 0])
+    turned = (turns[vertex] - turns[starts[sector]] + ASIDE) % tau
+    return bool((turned <= np.array(around.angles)[sector] + 2 * ASIDE).all())
 
 
-def _order(flat: FlatFaces, around: VertexSectors, stack: list[int], equal: float) -> SectorOrder:
+def _order(
+    flat: FlatFaces, around: VertexSectors, sectors: Ints, stack: list[int], equal: float
+) -> SectorOrder:
     """A stack of sectors as a layer order of the faces, with the first face of the pattern front up."""
-    faces = np.array([face for (face,) in around.corners], int)
-    upwards = np.array(stack[::-1] if flat.mirrored[int(faces[0])] else stack, int)
+    upwards = np.array(stack[::-1] if flat.mirrored[around.corners[0][0]] else stack, int)
     reach = sector_reach(around)[upwards]
-    low, high = np.nonzero(_overlapping(reach, equal))
-    numbers = faces[upwards].tolist()
-    pairs = faces[upwards][np.stack([low, high])]
-    lower, upper = pairs[:, np.lexsort(pairs[::-1])].tolist()
-    lying = tuple(zip(lower, upper, strict=True))
-    return SectorOrder(lying, tuple(numbers), _only(around, upwards, reach, equal))
+    height = np.argsort(upwards)[sectors]
+    numbers = np.argsort(height, kind="stable")
+    marked = len(sectors) > len(stack)
+    if marked:
+        lower, upper = _lying(flat, height)
+    else:
+        below = np.zeros((len(numbers), len(numbers)), bool)
+        below[np.ix_(numbers, numbers)] = _overlapping(reach, equal)
+        lower, upper = np.nonzero(below)
+    lying = tuple(zip(lower.tolist(), upper.tolist(), strict=True))
+    return SectorOrder(lying, tuple(numbers.tolist()), not marked and _only(around, upwards, reach, equal))
+
+
+def _lying(flat: FlatFaces, height: Ints) -> tuple[Ints, Ints]:
+    """The lower and the upper of all overlapping faces of different heights, sorted."""
+    outlines = np.array([shapely.Polygon(outline) for outline in flat.outlines])
+    i, j = overlapping(outlines, first_tolerance(flat))
+    i, j = i[height[i] != height[j]], j[height[i] != height[j]]
+    lower, upper = np.where(height[i] < height[j], (i, j), (j, i))
+    order = np.lexsort((upper, lower))
+    return lower[order], upper[order]
 
 
 def _overlapping(reach: Floats, equal: float) -> Bools:

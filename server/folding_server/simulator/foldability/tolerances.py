@@ -5,9 +5,8 @@ from collections.abc import Iterator
 from folding_server.geometry.tolerance import TOLERANCE
 from folding_server.simulator.foldability.constraints import Contacts
 from folding_server.simulator.foldability.flat_faces import FlatFaces
+from folding_server.simulator.foldability.near_contacts import HALVINGS
 
-HALVINGS = 6
-"""How often the tolerance is halved in search of one at which nothing changes."""
 OTHER_TOLERANCES = (0.25, 3.0)
 """Times the chosen one: what is tried where that finds no order."""
 

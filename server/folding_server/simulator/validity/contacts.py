@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from folding_server.arrays import Floats, Geometries, Indices, Ints
+from folding_server.arrays import Bools, Floats, Geometries, Indices, Ints
 from folding_server.simulator.validity.convex_overlaps import meeting
 from folding_server.simulator.validity.half_planes import half_planes, lengths_inside
 from folding_server.simulator.validity.near_lines import nearly_collinear
@@ -29,30 +29,51 @@ def shrunk(outlines: Geometries, distance: float) -> Geometries:
     return np.asarray(shapely.buffer(outlines, -distance, join_style="mitre"))
 
 
-def overlapping(outlines: Geometries, tolerance: float, known: Indices | None = None) -> Indices:
-    """(2, k): the pairs i < j of faces that overlap by more than the tolerance; ``known`` (2, m) are some of them."""
+def overlapping(outlines: Geometries, tolerance: float) -> Indices:
+    """(2, k): the pairs i < j of faces that overlap by more than the tolerance, ascending."""
+    pairs = near_pairs(outlines)
+    return pairs[:, overlap_by(outlines, pairs, tolerance)]
+
+
+def near_pairs(outlines: Geometries) -> Indices:
+    """(2, k): the pairs i < j of faces whose boxes meet, ascending."""
+    i, j = shapely.STRtree(outlines).query(outlines)
+    i, j = i[i < j], j[i < j]
+    return np.stack([i, j])[:, np.argsort(i * len(outlines) + j)]
+
+
+def overlap_by(outlines: Geometries, pairs: Indices, tolerance: float) -> Bools:
+    """(k,): whether the faces of each pair (2, k) overlap by more than the tolerance."""
     cores = shrunk(outlines, tolerance / 2)
-    pairs = shapely.STRtree(cores).query(cores)
-    pairs = pairs[:, pairs[0] < pairs[1]]
-    if known is None:
-        return np.asarray(pairs[:, meeting(cores, pairs)])
-    others = pairs[:, ~np.isin(pairs[0] * len(cores) + pairs[1], known[0] * len(cores) + known[1])]
-    return np.concatenate([known, others[:, meeting(cores, others)]], axis=1)
+    bounds = np.asarray(shapely.bounds(cores))
+    first, second = bounds[pairs[0]], bounds[pairs[1]]
+    found: Bools = ((first[:, :2] <= second[:, 2:]) & (second[:, :2] <= first[:, 2:])).all(axis=1)
+    found[found] = meeting(cores, pairs[:, found])
+    return found
 
 
 def through(segments: Floats, outlines: Geometries, tolerance: float) -> Indices:
     """(2, k): edge i runs through the inside of face j for more than the tolerance."""
-    cores = shrunk(outlines, tolerance)
-    lines = np.asarray(shapely.linestrings(segments))
-    edge, face = shapely.STRtree(cores).query(lines)
+    pairs = near_faces(segments, outlines)
+    return pairs[:, run_through(segments, outlines, pairs, tolerance)]
+
+
+def near_faces(segments: Floats, outlines: Geometries) -> Indices:
+    """(2, k): the edges i whose boxes meet that of face j."""
+    return np.asarray(shapely.STRtree(outlines).query(shapely.linestrings(segments)))
+
+
+def run_through(segments: Floats, outlines: Geometries, pairs: Indices, tolerance: float) -> Bools:
+    """(k,): whether the edge of each pair (2, k) runs through the inside of the face for more than the tolerance."""
+    edge, face = pairs
     planes = half_planes(outlines)
     convex = ~np.isnan(planes[face, 0, 2])
     long = np.zeros(len(edge), bool)
     inside = lengths_inside(segments[edge[convex]], face[convex], planes, tolerance)
     long[convex] = inside > tolerance
-    others = np.flatnonzero(~convex)
-    long[others] = shapely.length(shapely.intersection(lines[edge[others]], cores[face[others]])) > tolerance
-    return np.stack([edge[long], face[long]])
+    lines, cores = shapely.linestrings(segments[edge[~convex]]), shrunk(outlines[face[~convex]], tolerance)
+    long[~convex] = shapely.length(shapely.intersection(lines, cores)) > tolerance
+    return long
 
 
 def along(segments: Floats, tolerance: float) -> tuple[Indices, Ints]:

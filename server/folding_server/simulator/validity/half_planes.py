@@ -6,7 +6,7 @@ import shapely
 from folding_server.arrays import Floats, Geometries, Indices
 
 BATCH = 100_000
-"""Segments that are clipped at once: with eight sides a face, arrays of 6 MB each."""
+"""Segments that are clipped at once: arrays of at most 2.4 MB each."""
 CONVEX = 1e-9
 """How far, as the sine of an angle times both lengths, a corner may turn inwards by rounding."""
 
@@ -42,21 +42,27 @@ def lengths_inside(segments: Floats, face: Indices, planes: Floats, margin: floa
     Cyrus and Beck, "Generalized two- and three-dimensional clipping" (1978).
     """
     batches = [
-        _clipped(segments[k : k + BATCH], planes[face[k : k + BATCH]], margin)
+        _clipped(segments[k : k + BATCH], face[k : k + BATCH], planes, margin)
         for k in range(0, len(segments), BATCH)
     ]
     return np.concatenate([np.zeros(0), *batches])
 
 
-def _clipped(segments: Floats, planes: Floats, margin: float) -> Floats:
+def _clipped(segments: Floats, face: Indices, planes: Floats, margin: float) -> Floats:
+    """One side after the other: what lies outside of one is not looked at again."""
     start, run = segments[:, 0], segments[:, 1] - segments[:, 0]
-    room = planes[..., 2] - margin - (planes[..., :2] * start[:, None]).sum(axis=2)
-    rate = (planes[..., :2] * run[:, None]).sum(axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = room / rate
-    first = np.where(rate < 0, at, 0.0).max(axis=1, initial=0.0)
-    last = np.where(rate > 0, at, 1.0).min(axis=1, initial=1.0)
-    shut = ((rate == 0) & (room < 0)).any(axis=1)
-    share = np.where(shut, 0.0, np.maximum(last - first, 0.0))
-    lengths: Floats = share * np.hypot(*run.T)
+    sides = np.isfinite(planes[..., 2]).sum(axis=1)[face]
+    first, last = np.zeros(len(face)), np.ones(len(face))
+    left = np.arange(len(face))
+    for side in range(planes.shape[1]):
+        left = left[(side < sides[left]) & (first[left] < last[left])]
+        across, up, distance = planes[face[left], side].T
+        room = distance - margin - (across * start[left, 0] + up * start[left, 1])
+        rate = across * run[left, 0] + up * run[left, 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = room / rate
+        first[left] = np.where(rate < 0, np.maximum(first[left], at), first[left])
+        last[left] = np.where(rate > 0, np.minimum(last[left], at), last[left])
+        last[left[(rate == 0) & (room < 0)]] = 0.0
+    lengths: Floats = np.maximum(last - first, 0.0) * np.hypot(*run.T)
     return lengths

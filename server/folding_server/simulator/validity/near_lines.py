@@ -26,8 +26,10 @@ def nearly_collinear(segments: Floats, distance: float, angle: float, shortest: 
         members = number[away <= np.pi / bins / 2 + angle]
         if len(members) > 1:
             found.extend(_within(segments, members, (k + 0.5) * np.pi / bins, distance))
-    pairs = np.unique(np.sort(np.concatenate(found), axis=1), axis=0)
-    return np.ascontiguousarray(pairs.T)
+    one, other = np.concatenate(found).T
+    keys = np.sort(np.minimum(one, other) * len(segments) + np.maximum(one, other))
+    keys = keys[np.diff(keys, prepend=-1) > 0]
+    return np.stack(np.divmod(keys, len(segments)))
 
 
 def _within(segments: Floats, members: Indices, direction: float, distance: float) -> Iterator[Indices]:
