@@ -96,7 +96,7 @@ def explain_reframed(paper: Paper, observer: SequenceObserver, frame: int) -> li
             possible = [
                 e for e in possible if only_moved(e.camera, upright_camera(observer.pose, view.frame))
             ]
-        found.append((judge, list(_distinct(possible, tried))))
+        found.append((judge, _distinct(possible, tried)))
     likely = [(judge, ways) for judge, ways in found if ways]
     if not likely:
         return []
@@ -144,16 +144,25 @@ def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEs
     return max(found, key=lambda estimate: estimate.value, default=None)
 
 
-def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> Iterator[PoseEstimate]:
-    """The best estimates, of those that are one model under other names the first."""
-    kept: list[SeenFaces] = []
+def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> list[PoseEstimate]:
+    """The best estimates, of those that are one model under other names the first; but a crease unfolded is not called a fold back."""
+    kept: list[PoseEstimate] = []
+    seen: list[SeenFaces] = []
     for estimate in found:
-        if len(kept) == HYPOTHESES_JUDGED or estimate.value < found[0].value - FAR_WORSE:
-            return
+        if estimate.value < found[0].value - FAR_WORSE:
+            break
         faces = seen_faces(tried[estimate.index].stack, estimate.camera)
-        if not any(same_model(faces, other) for other in kept):
-            kept.append(faces)
-            yield estimate
+        twin = next((i for i, other in enumerate(seen) if same_model(faces, other)), None)
+        if twin is None:
+            if len(kept) == HYPOTHESES_JUDGED:
+                break
+            kept.append(estimate)
+            seen.append(faces)
+        elif (
+            tried[estimate.index].action_class == "unfold" and tried[kept[twin].index].action_class == "fold"
+        ):
+            kept[twin] = estimate
+    return kept
 
 
 @dataclass(frozen=True)
