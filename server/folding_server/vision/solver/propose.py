@@ -89,22 +89,26 @@ def explained(
 
 
 def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
-    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little; two folds
-    at once only where nothing else does. Best first.
+    """Every class of action tried under the first photo's camera, and under any camera where that one explains too little; best first.
+    Two folds at once come before another camera if the photo before was seen by the first photo's, else after it.
     """
     before = seen_before(paper, observer, frame)
     moved = frame > 2 and _moved(paper, observer, before)
     plans = _framed_anew(paper, observer, frame) if moved else []
-    if not plans or plans[0].agreement < ANOTHER_BELOW:
-        last, views = before.motion, views_after(paper, observer, before)
-        standing = single_actions(paper, last, views)
-        lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
-        if not moved and judged(standing)[0].agreement < lost:
-            plans = _framed_anew(paper, observer, frame)
-        if pairs and not _explains(plans) and worth_pairs(standing, views):
-            standing += pairs_of_actions(standing, paper, last, views)
-        plans = best_first([*plans, *_not_contradicted(judged(standing), paper, observer, frame, last)])
-    return tuple(_distinct(plans))
+    if plans and plans[0].agreement >= ANOTHER_BELOW:
+        return tuple(_distinct(plans))
+    last, views = before.motion, views_after(paper, observer, before)
+    standing = single_actions(paper, last, views)
+    stood = frame > 2 and not moved
+    if pairs and stood and worth_pairs(standing, views):
+        standing += pairs_of_actions(standing, paper, last, views)
+    lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
+    if not moved and judged(standing)[0].agreement < lost:
+        plans = _framed_anew(paper, observer, frame)
+    if pairs and not stood and not _explains(plans) and worth_pairs(standing, views):
+        standing += pairs_of_actions(standing, paper, last, views)
+    standing = _not_contradicted(judged(standing), paper, observer, frame, last)
+    return tuple(_distinct(best_first([*plans, *standing])))
 
 
 def _moved(paper: Paper, observer: SequenceObserver, before: SeenBefore) -> bool:
