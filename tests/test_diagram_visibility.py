@@ -86,11 +86,14 @@ def test_visible_regions_tile_the_silhouette(seed: int, folds: int) -> None:
 
 
 def solid_lines(paper: Paper) -> shapely.Geometry:
-    """What is drawn solid: the visible stretches of boundary edges and folds, on each face beside them."""
-    drawn = []
-    for edge, spans in visible_spans(paper, visible_faces(paper)).items():
+    """What is drawn solid: the visible stretches of boundary edges, of folds, and of creases beyond which nothing shows."""
+    drawn, seen = [], visible_faces(paper)
+    shown = {face.face for face in seen}
+    for edge, spans in visible_spans(paper, seen).items():
         beside = paper.edge_faces[edge]
-        if len({paper.isometries[face].mirrors for face in beside}) < len(beside):
+        if len({paper.isometries[face].mirrors for face in beside}) < len(beside) and shown.issuperset(
+            beside
+        ):
             continue
         for face in beside:
             ends = [paper.isometries[face](paper.vertices_coords[v]) for v in edge]
@@ -119,6 +122,10 @@ def test_a_fold_that_a_vertex_above_meets_within_the_tolerance_is_drawn() -> Non
     spans = visible_spans(heart[7], visible_faces(heart[7]))
     assert spans[(6, 8)] == [pytest.approx((0.0, 1.0), abs=1e-3)]
     assert spans[(7, 8)] == [pytest.approx((0.0, 1.0), abs=1e-3)]
+
+
+def test_a_flat_crease_is_outline_where_only_a_sliver_lies_beyond_it() -> None:
+    assert undrawn_outline(random_paper(19887, 4)) == 0
 
 
 @settings(max_examples=40, deadline=None)

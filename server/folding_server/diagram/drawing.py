@@ -83,11 +83,12 @@ def visible_strokes(paper: Paper, faces: Sequence[VisibleFace], view: View) -> l
 
 
 def _strokes(paper: Paper, spans: Mapping[Edge, list[Span]], shown: set[int], view: View) -> list[Stroke]:
+    """The stretches; a crease that lies flat is a mark, unless nothing shows beyond it, such as a sliver: then it is an outline."""
     mirrored = {face: motion.mirrors for face, motion in paper.isometries.items()}
     strokes = []
     for edge, visible in spans.items():
         beside = paper.edge_faces[edge]
-        mark = len(beside) == 2 and mirrored[beside[0]] == mirrored[beside[1]]
+        mark = len(beside) == 2 and mirrored[beside[0]] == mirrored[beside[1]] and shown.issuperset(beside)
         top = _topmost(paper, beside, shown)
         motion = paper.isometries[top]
         p, q = view.pixels([motion(paper.vertices_coords[v]) for v in edge])

@@ -250,10 +250,11 @@ def _runs_along(start: Point, end: Point) -> bool:
     """Whether a side of an outline, given along and across an edge, runs along it.
 
     Where a vertex of a layer above meets the edge within the tolerance, the outline turns off to that vertex, but by no more
-    than the width of a sliver. A side so short that it may as well cross the edge has to lie on it.
+    than the width of a sliver, and by another where a spike of that width was taken off it. A side so short that it may as well
+    cross the edge has to lie on it.
     """
     far, length = max(abs(start[1]), abs(end[1])), abs(end[0] - start[0])
-    return far <= TOLERANCE / 2 or (far <= SLIVER and length >= SLANTED * SLIVER)
+    return far <= TOLERANCE / 2 or (far <= 2 * SLIVER and length >= SLANTED * max(far, SLIVER))
 
 
 def _along(point: Point, origin: Point, ux: float, uy: float) -> Point:
