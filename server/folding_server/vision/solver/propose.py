@@ -1,11 +1,13 @@
 """Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.any_camera import ANOTHER_BELOW, BETTER_BY
 from folding_server.vision.motion import movement
+from folding_server.vision.pose_estimation.estimate import PoseEstimate
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
@@ -93,8 +95,9 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     Two folds at once come before another camera if the photo before was seen by the first photo's, else after it.
     """
     before = seen_before(paper, observer, frame)
-    moved = frame > 2 and _moved(paper, observer, before)
-    plans = _framed_anew(paper, observer, frame) if moved else []
+    camera = cache(lambda: known_camera(paper, observer, frame - 1))
+    moved = frame > 2 and _moved(observer, before, camera)
+    plans = _framed_anew(paper, observer, frame, camera()) if moved else []
     if plans and plans[0].agreement >= ANOTHER_BELOW:
         return tuple(_distinct(plans))
     last, views = before.motion, views_after(paper, observer, before)
@@ -104,18 +107,18 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
         standing += pairs_of_actions(standing, paper, last, views)
     lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
     if not moved and judged(standing)[0].agreement < lost:
-        plans = _framed_anew(paper, observer, frame)
+        plans = _framed_anew(paper, observer, frame, camera())
     if pairs and not stood and not _explains(plans) and worth_pairs(standing, views):
         standing += pairs_of_actions(standing, paper, last, views)
     standing = _not_contradicted(judged(standing), paper, observer, frame, last)
     return tuple(_distinct(best_first([*plans, *standing])))
 
 
-def _moved(paper: Paper, observer: SequenceObserver, before: SeenBefore) -> bool:
-    """Whether the photo before a frame was taken by another camera than the first photo."""
+def _moved(observer: SequenceObserver, before: SeenBefore, camera: Callable[[], PoseEstimate | None]) -> bool:
+    """Whether the photo before a frame was taken by another camera than the first photo; ``camera`` finds the one it may be."""
     if before.agreement >= WELL_EXPLAINED or observer.stands(before.frame):
         return before.agreement < STILL_EXPLAINED
-    known = known_camera(paper, observer, before.frame - 1)
+    known = camera()
     return known is not None and known.agreement > before.agreement + BETTER_BY
 
 
@@ -124,9 +127,11 @@ def _explains(plans: Sequence[Plan]) -> bool:
     return bool(plans) and plans[0].agreement >= COMPOUND_BELOW
 
 
-def _framed_anew(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
+def _framed_anew(
+    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None
+) -> list[Plan]:
     """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
-    return [plan.noting(own_camera=1.0) for plan in explain_reframed(paper, observer, frame)]
+    return [plan.noting(own_camera=1.0) for plan in explain_reframed(paper, observer, frame, known)]
 
 
 def _not_contradicted(

@@ -44,10 +44,7 @@ from folding_server.vision.solver.photo_views import views_under
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import realise
 from folding_server.vision.solver.single_folds import as_plans
-from folding_server.vision.solver.transition import (
-    COMPOUND_BELOW,
-    explain,
-)
+from folding_server.vision.solver.transition import COMPOUND_BELOW, explain
 from folding_server.vision.solver.visible_change import against_nothing
 from folding_server.vision.solver.whole_moves import centered
 
@@ -56,7 +53,9 @@ HYPOTHESES_JUDGED = 6
 FOLDS_REFINED, FULLY_EXPLAINED = 2, 0.995
 """So many folds of those are refined, where their line explains less than the second: it need not be one that was listed."""
 CONTRADICTED = 0.3
-"""Lines inside the paper that contradict the best plan so much decide where a crease is: right plans have less in 95 of 100 photos."""
+"""Lines inside the paper that contradict the best plan so much decide where a crease is: of the
+right first plans of ten programs at level 4, seed 41, 84 of 100 have less (``evidence_collection.py``).
+"""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
@@ -83,9 +82,12 @@ ROUND_TURNS = (45.0, 12.0)
 """Turns within the second of a multiple of the first are meant to be it, in degrees."""
 
 
-def explain_reframed(paper: Paper, observer: SequenceObserver, frame: int) -> list[Plan]:
-    """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper."""
-    known = known_camera(paper, observer, frame - 1)
+def explain_reframed(
+    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None
+) -> list[Plan]:
+    """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper. ``known`` is the
+    :func:`known_camera` of the photo before.
+    """
     tried = hypotheses(paper)
     found = []
     for view in observer.pictures(frame):
