@@ -5,6 +5,7 @@ import numpy as np
 from folding_schemas.actions import AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import Paper, apply, new_paper
+from folding_server.vision.borders import visible_borders
 from folding_server.vision.grid import grid_over
 from folding_server.vision.sheet_lines import SheetLines, sheet_lines
 
@@ -27,7 +28,7 @@ def book() -> Paper:
 
 
 def seen_at(lines: SheetLines, paper: Paper, points: list[tuple[float, float]]) -> list[bool]:
-    shown = lines.shown(paper, GRID, IDENTITY)
+    shown = lines.shown(paper, visible_borders(paper, GRID, IDENTITY).topmost, GRID, IDENTITY)
     return [bool(GRID.under(np.array(point), shown)) for point in points]
 
 
@@ -45,7 +46,8 @@ def test_a_line_moves_with_the_layer_that_shows_it() -> None:
 
 
 def test_a_line_is_known_wherever_the_sheet_lies() -> None:
-    shown = crease_at(0.3).shown(new_paper(), GRID, turn(90.0, (0.5, 0.5)))
+    paper, turned = new_paper(), turn(90.0, (0.5, 0.5))
+    shown = crease_at(0.3).shown(paper, visible_borders(paper, GRID, turned).topmost, GRID, turned)
     across = [bool(GRID.under(np.array(p), shown)) for p in [(0.5, 0.7), (0.5, 0.3)]]
     assert sorted(across) == [False, True]
 

@@ -125,14 +125,10 @@ def match_lines(
     sheet had.
     """
     width = 2 * max(1, round(LINE_TOLERANCE * grid.pixels_per_unit)) + 1
-    near = (
-        cv2.dilate(
-            visible_borders(paper, grid, motion).all.astype(np.uint8), np.ones((width, width), np.uint8)
-        )
-        > 0
-    )
+    borders = visible_borders(paper, grid, motion)
+    near = cv2.dilate(borders.all.astype(np.uint8), np.ones((width, width), np.uint8)) > 0
     if known is not None:
-        near |= known.shown(paper, grid, motion)
+        near |= known.shown(paper, borders.topmost, grid, motion)
     seen = np.where(core, edges, 0)
     total, expected = float(seen.sum()), float((near & core).sum()) / max(float(core.sum()), 1.0)
     if total < 0.05 * grid.pixels_per_unit or expected >= 1:

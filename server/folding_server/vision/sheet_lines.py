@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from folding_server.arrays import Image, Mask
+from folding_server.arrays import ByteMask, Image, Mask
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
+from folding_server.vision.borders import value_of
 from folding_server.vision.grid import Grid
-from folding_server.vision.raster import draw_values
 
 SHEET_GRID = Grid(0.0, 1.0, 160.0, 160, 160)
 """The unit square, as finely as the solver looks at photos."""
@@ -32,19 +32,18 @@ class SheetLines:
 
     near: Mask
 
-    def shown(self, paper: Paper, grid: Grid, motion: Similarity) -> Mask:
-        """Where a folded paper under a motion shows these lines on a grid, (rows, cols)."""
+    def shown(self, paper: Paper, topmost: ByteMask, grid: Grid, motion: Similarity) -> Mask:
+        """Where a folded paper under a motion shows these lines on a grid, (rows, cols); ``topmost`` is that of its
+        :func:`folding_server.vision.borders.visible_borders` there.
+        """
         found = np.zeros((grid.rows, grid.cols), np.bool_)
         if not self.near.any() or len(paper.order) > MOST_FACES:
             return found
-        faces = draw_values(
-            [paper.polygon(face) for face in paper.order], range(1, len(paper.order) + 1), grid, motion
-        )
-        rows, cols = np.nonzero(faces)
-        seen = faces[rows, cols]
+        rows, cols = np.nonzero(topmost)
+        seen = topmost[rows, cols]
         places = transformed(grid.to_plane(np.stack([cols, rows], axis=1)), motion.inverse())
-        for value, face in enumerate(paper.order, start=1):
-            own = seen == value
+        for face in paper.order:
+            own = seen == value_of(paper, face)
             on_sheet = transformed(places[own], paper.isometries[face].inverse())
             found[rows[own], cols[own]] = SHEET_GRID.under(on_sheet, self.near)
         return found

@@ -75,7 +75,7 @@ def _lines(paper: Paper, scene: Scene, motion: Similarity) -> tuple[Image, Mask,
     wide = np.ones((2 * EDGE_TOLERANCE + 3, 2 * EDGE_TOLERANCE + 3), np.uint8)
     explained = cv2.dilate(predicted.all.astype(np.uint8), wide) > 0
     if scene.sheet_lines is not None:
-        explained |= scene.sheet_lines.shown(paper, scene.grid, motion)
+        explained |= scene.sheet_lines.shown(paper, predicted.topmost, scene.grid, motion)
     return seen, predicted.layers & _inside(scene), explained
 
 
