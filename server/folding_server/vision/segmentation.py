@@ -57,6 +57,9 @@ def segment(
     tuned = adapt(lab, seen, grid, palette)
     recalled = None if memory is None else recall(memory, lab, seen, grid, tuned.table)
     costs = class_costs(lab, grid, tuned)
+    marks = None if memory is None else memory.mark_cost(lab, grid)
+    if marks is not None:
+        costs[..., 0] = np.minimum(costs[..., 0], marks)
     if recalled is not None:
         costs[..., 0] = np.where(recalled.known, recalled.cost(lab), costs[..., 0])
     hidden = obstacles(ObstacleView(lab, rgb, costs, seen, grid, tuned, recalled))

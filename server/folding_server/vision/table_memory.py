@@ -28,6 +28,8 @@ UNLIKE_TABLE, FEWEST_MARKS = 9.0, 0.004
 """Cost from which a part of the table is a mark on it, and the share of the table that marks must have."""
 WIDEST_MARK, MARK_COST = 0.03, 9.0
 """Width of a mark in sheet units, and cost of its colour, at most."""
+MARK_UNSEEN = 4.0
+"""Cost, in nats, of saying that a mark goes on where the first photo did not show the table: as much as of saying that there is a shadow."""
 STEADYING = 0.03
 """Width, in sheet units, over which departures from the memory are averaged: noise and grain even out."""
 LARGEST_CAMERA_SHIFT = 3
@@ -44,6 +46,12 @@ class TableMemory:
     lab: Image
     known: Mask
     marks: Surface | None
+
+    def mark_cost(self, lab: Image, grid: Grid) -> Image | None:
+        """How badly each pixel fits a mark where the table was not seen, (rows, cols), in nats; None if nothing is drawn on the table."""
+        if self.marks is None:
+            return None
+        return MARK_UNSEEN + pixel_cost(lab, self.marks.on(*coordinates(grid)), self.marks.covariance, shadows=False)
 
     def like_marks(self, lab: Image, labels: LabelImage, grid: Grid) -> Mask:
         """Thin parts of what was taken for a side of the paper that may as well be marks on the table."""

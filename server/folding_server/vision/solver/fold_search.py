@@ -26,6 +26,8 @@ from folding_server.vision.solver.lines import (
     as_line,
     best_supported,
     both_ways,
+    crease_lines,
+    distinct_lines,
     distinct_points,
     edge_directions,
     landmark_lines,
@@ -45,6 +47,10 @@ explains less by at most the second; one that passes within the third of a verte
 """
 NEAR_ENDS = 0.03
 """Lines that pass the ends of a crease by less (sheet units) are near it."""
+MOST_CREASED = 3
+"""Creases that are near a found line and are tried although others look better where the sheet lies: a fold along one 0.02
+beside moves the sheet too.
+"""
 HANDHELD_ALLOWANCE = 1.6
 """So many times more is forgiven under a camera in the hand: no photo but the first says how it looks at the sheet."""
 SPOILT = 5.0
@@ -93,6 +99,7 @@ class FoldSearch:
         self.landmarks = both_ways(landmark_lines(paper))
         self.grid = both_ways(all_lines(paper, effort.degrees, effort.spacing))
         self.directions = edge_directions(paper)
+        self.creases = both_ways(distinct_lines(crease_lines(paper)))
         self.points: list[Point] = [(x, y) for x, y in distinct_points(paper).tolist()]
         self._before: dict[tuple[bool, Similarity], LabelImage] = {}
 
@@ -309,17 +316,16 @@ class FoldSearch:
         return sorted(near, key=lambda p: abs(line.distance(p)))[:4]
 
     def _landmarks_near(self, found: FoldFound) -> list[Line]:
-        """Landmark and constructed lines that pass near both ends of the crease, the best-looking first, at most six."""
+        """Landmark and constructed lines that pass near both ends of the crease: the six best-looking, those that are meant, and
+        creases that are there.
+        """
         line, handles = found.moving.line, handles_of(self.layers, found.moving)
         built = constructions(self.paper, line, midpoint(*handles))
-        lines = np.concatenate([self.landmarks, built]) if len(built) else self.landmarks
-        gaps = np.abs(lines[:, :2] @ np.array(handles).T - lines[:, 2:3]).max(axis=1)
-        same_side = lines[:, :2] @ np.array([line.nx, line.ny]) > 0
-        near = np.nonzero((gaps < NEAR_ENDS) & same_side)[0]
-        nearest = _distinct([as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")]])
+        nearest = _near(np.concatenate([self.landmarks, built]) if len(built) else self.landmarks, line, handles)
         best = sorted(nearest[:24], key=lambda other: -self._at_once(found, other))[:6]
         meant = (other for other in nearest if other not in best and self._is_meant(other, handles))
-        return [*best, *islice(meant, 2)]
+        creased = _near(self.creases, line, handles)[:MOST_CREASED]
+        return _distinct([*best, *islice(meant, 2), *creased])
 
     def _at_once(self, found: FoldFound, line: Line) -> float:
         """The agreement of a line near the found one as it stands."""
@@ -329,6 +335,13 @@ class FoldSearch:
 
 def _best_first(found: Sequence[FoldFound]) -> list[FoldFound]:
     return sorted(found, key=lambda f: -f.agreement)
+
+
+def _near(lines: Lines, line: Line, ends: tuple[Point, Point]) -> list[Line]:
+    """Those of the lines that pass near both ends and have the same side moving as ``line``, the nearest first."""
+    gaps = np.abs(lines[:, :2] @ np.array(ends).T - lines[:, 2:3]).max(axis=1, initial=0.0)
+    near = np.nonzero((gaps < NEAR_ENDS) & (lines[:, :2] @ np.array([line.nx, line.ny]) > 0))[0]
+    return _distinct([as_line(lines[i]) for i in near[np.argsort(gaps[near], kind="stable")]])
 
 
 def _distinct(lines: Sequence[Line]) -> list[Line]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from folding_server.arrays import Bools, Float32s, Floats, Mask
+from folding_server.geometry.graph import Edge
 from folding_server.geometry.line import Line, Point
 from folding_server.geometry.point_batch import transformed
 from folding_server.geometry.similarity import Similarity
@@ -84,15 +85,25 @@ def _side_middles(paper: Paper) -> Floats:
 
 def edge_lines(paper: Paper) -> Lines:
     """The line of each edge as it lies now."""
+    return _lines_along(paper, paper.edge_faces)
+
+
+def crease_lines(paper: Paper) -> Lines:
+    """The line of each crease as it lies now."""
+    return _lines_along(paper, [edge for edge, beside in paper.edge_faces.items() if len(beside) == 2])
+
+
+def _lines_along(paper: Paper, edges: Iterable[Edge]) -> Lines:
+    """The lines of edges that are long enough to have a direction."""
     positions = paper.folded_vertices_coords
     rows = []
-    for u, v in paper.edge_faces:
+    for u, v in edges:
         (px, py), (qx, qy) = positions[u], positions[v]
         length = np.hypot(qx - px, qy - py)
         if length > 10 * SAME_LANDMARK:
             nx, ny = -(qy - py) / length, (qx - px) / length
             rows.append((nx, ny, nx * px + ny * py))
-    return np.array(rows)
+    return np.array(rows).reshape(-1, 3)
 
 
 def edge_directions(paper: Paper) -> list[Point]:
