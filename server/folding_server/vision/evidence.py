@@ -4,7 +4,7 @@ The weights, their units and where they come from are in ``evidence.toml`` besid
 """
 
 import tomllib
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import cache
 from math import fsum
 from pathlib import Path
@@ -61,7 +61,7 @@ class Evidence:
     @property
     def values(self) -> dict[str, float]:
         """The terms that say something, by name."""
-        return {name: value for name, value in asdict(self).items() if value}
+        return {name: value for name, value in vars(self).items() if value}
 
     @property
     def contributions(self) -> dict[str, float]:

@@ -93,11 +93,10 @@ def estimates(
         return []
     costs = prior or [0.0] * len(stacks)
     shaped = [(i, shape) for i, stack in enumerate(stacks) if (shape := shape_of(stack)) is not None]
-    matches = [
-        replace(m, index=shaped[m.index][0]) for m in affine_matches(seen, [shape for _, shape in shaped])
-    ]
+    found_alike = affine_matches(seen, [shape for _, shape in shaped], FITTED)
+    matches = [replace(m, index=shaped[m.index][0]) for m in found_alike]
     coarse = coarser(view.scene)
-    begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches[:FITTED]]
+    begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches]
     begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
 
     def estimate(index: int, fit: Fitted) -> PoseEstimate:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from folding_server.arrays import Floats
 from folding_server.geometry.line import Point
@@ -25,8 +26,8 @@ FORESHORTENED = 0.8
 middle of the picture 0.97, and errors of the outline and of the rotation, found in steps of 4 degrees, on top: 0.857 was
 met at a tilt of 19 degrees.
 """
-
-
+TOGETHER = 256
+"""Shapes that are compared at once: more would take memory and no less time."""
 WAYS = 4
 """Rotations kept of each shape: a square has as many."""
 
@@ -34,12 +35,12 @@ WAYS = 4
 @dataclass(frozen=True)
 class NormalForm:
     """A shape whitened by its silhouette: ``center`` (2,) and ``spread`` (2, 2) take normal coordinates to the plane,
-    ``samples`` is (sides, RADII, ANGLES), 1 where the side shows.
+    ``samples`` is (sides, RADII, ANGLES) uint8, 1 where the side shows.
     """
 
     center: Floats
     spread: Floats
-    samples: Floats
+    samples: npt.NDArray[np.uint8]
 
 
 def normal_form(labels: LabelImage, grid: Grid) -> NormalForm | None:
@@ -62,7 +63,7 @@ def normal_form(labels: LabelImage, grid: Grid) -> NormalForm | None:
     )
     maps = places.astype(np.float32)
     sampled = cv2.remap(labels, maps[0], maps[1], cv2.INTER_NEAREST)
-    samples = np.stack([sampled == side for side in (FRONT, BACK)]).astype(np.float64)
+    samples = np.stack([sampled == side for side in (FRONT, BACK)]).astype(np.uint8)
     return NormalForm(grid.to_plane(pixel), spread, samples)
 
 
@@ -83,10 +84,27 @@ class AffineMatch:
 _WEIGHT = (np.arange(RADII) + 0.5)[None, :, None]
 
 
-def affine_matches(seen: NormalForm, shapes: Sequence[NormalForm], each: int = WAYS) -> list[AffineMatch]:
-    """At most ``each`` ways, for each shape, in which a camera may show it as the photo does; the best first."""
-    if not shapes:
+def affine_matches(
+    seen: NormalForm, shapes: Sequence[NormalForm], most: int, each: int = WAYS
+) -> list[AffineMatch]:
+    """At most ``each`` ways, for each shape, in which a camera may show it as the photo does; the ``most`` best, best first."""
+    parts = [_agreement(seen, shapes[i : i + TOGETHER]) for i in range(0, len(shapes), TOGETHER)]
+    if not parts:
         return []
+    agreement = np.concatenate(parts)
+    reachable = agreement.max(axis=1)
+    found: list[AffineMatch] = []
+    for index in np.argsort(-reachable, kind="stable").tolist():
+        if len(found) >= most and reachable[index] < found[most - 1].agreement:
+            break
+        found += _of_shape(index, agreement[index], seen, shapes[index], each)
+        found.sort(key=lambda match: (-match.agreement, match.index))
+        del found[most:]
+    return found
+
+
+def _agreement(seen: NormalForm, shapes: Sequence[NormalForm]) -> Floats:
+    """The share of each shape and the photo, taken together, that is alike, under every rotation, (shapes, ANGLES)."""
     spectrum = np.fft.rfft(seen.samples * _WEIGHT, axis=-1)
     other = np.fft.rfft(np.stack([s.samples for s in shapes]), axis=-1)
     common = np.fft.irfft((spectrum * other.conj()).sum(axis=(1, 2)), n=ANGLES)
@@ -96,11 +114,7 @@ def affine_matches(seen: NormalForm, shapes: Sequence[NormalForm], each: int = W
         n=ANGLES,
     )
     union = (seen_any * _WEIGHT[0]).sum() + (any_of * _WEIGHT[0]).sum(axis=(1, 2))[:, None] - shared
-    agreement = common / np.maximum(union, 1e-6)
-    found = []
-    for index, shape in enumerate(shapes):
-        found += _of_shape(index, agreement[index], seen, shape, each)
-    return sorted(found, key=lambda match: -match.agreement)
+    return np.asarray(common / np.maximum(union, 1e-6))
 
 
 def _of_shape(

@@ -89,10 +89,11 @@ def explain_reframed(
     :func:`known_camera` of the photo before.
     """
     tried = hypotheses(paper)
+    stacks, against = [h.stack for h in tried], {name: -without.score for name, without in WITHOUT_PHOTO.items()}
+    prior = [against[h.action_class] for h in tried]
     found = []
     for view in observer.pictures(frame):
         judge = _Judge(paper, observer, view, frame, known)
-        stacks, prior = [h.stack for h in tried], [-WITHOUT_PHOTO[h.action_class].score for h in tried]
         possible = estimates(stacks, view, judge.before, prior)
         if observer.stands(frame):
             possible = [
