@@ -37,6 +37,10 @@ class MovingSet:
     faces: frozenset[int]
 
 
+_Part = tuple[int, Sequence[Point], bool]
+"""A face, its outline as it lies or what a fold leaves of it, and whether that lies back up."""
+
+
 def is_thin(paper: Paper, moving: MovingSet) -> bool:
     """Whether a fold turns nothing but a narrow strip."""
     return (
@@ -51,6 +55,7 @@ class MovableLayers:
         self.paper = paper
         self.outlines: dict[int, list[Point]] = {f: paper.polygon(f) for f in paper.order}
         self.backs = {f: paper.back_up(f) for f in paper.order}
+        self._lying = [(f, self.outlines[f], self.backs[f]) for f in paper.order]
         self._faces = _Shapes([self.outlines[f] for f in paper.order])
         tied = [*self._joined(), *self._covered()]
         self._pairs = np.array([pair for pair, _ in tied], np.intp).reshape(-1, 2)
@@ -93,27 +98,17 @@ class MovableLayers:
 
     def folded(self, moving: MovingSet) -> FaceStack:
         """What the stack looks like after a fold."""
-        line = moving.line
-        away, reflection = line.opposite(), mirror(line)
-        outlines: list[list[Point]] = []
-        backs: list[bool] = []
-        turned: list[list[Point]] = []
-        upturned: list[bool] = []
-        for face, least, most in zip(self.paper.order, *self._spans(line), strict=True):
-            outline, back = self.outlines[face], self.backs[face]
-            if face not in moving.faces or most <= 0:
-                outlines.append(outline)
-                backs.append(back)
-                continue
-            stays = clip(outline, away) if least < 0 else []
-            if len(stays) > 2:
-                outlines.append(stays)
-                backs.append(back)
-            moves = clip(outline, line) if least < 0 else outline
-            if len(moves) > 2:
-                turned.append([reflection(p) for p in moves])
-                upturned.append(not back)
-        return FaceStack([*outlines, *reversed(turned)], [*backs, *reversed(upturned)])
+        lying, turned = _parted(self._lying, moving, *self._spans(moving.line))
+        return _stack(lying + turned)
+
+    def folded_both(self, first: MovingSet, second: MovingSet) -> FaceStack | None:
+        """What the stack looks like after two folds; None if the first lays something over what the second turns."""
+        lying, turned = _parted(self._lying, first, *self._spans(first.line))
+        if any(second.line.distance(p) > SPECK for _, outline, _ in turned for p in outline):
+            return None
+        distances = [[second.line.distance(p) for p in outline] for _, outline, _ in lying]
+        lying, turned_next = _parted(lying, second, [min(d) for d in distances], [max(d) for d in distances])
+        return _stack(lying + turned + turned_next)
 
     def _spans(self, line: Line) -> tuple[list[float], list[float]]:
         """The least and greatest signed distance from a line of each face's corners, bottom to top."""
@@ -152,6 +147,32 @@ class MovableLayers:
 
     def _named(self, moved: int) -> frozenset[int]:
         return frozenset(face for rank, face in enumerate(self.paper.order) if moved >> rank & 1)
+
+
+def _parted(
+    parts: Sequence[_Part], moving: MovingSet, least: Sequence[float], most: Sequence[float]
+) -> tuple[list[_Part], list[_Part]]:
+    """What stays of parts, bottom to top, and what a fold lays on it; ``least`` and ``most`` are their distances from its line."""
+    line = moving.line
+    away, reflection = line.opposite(), mirror(line)
+    lying: list[_Part] = []
+    turned: list[_Part] = []
+    for part, low, high in zip(parts, least, most, strict=True):
+        face, outline, back = part
+        if face not in moving.faces or high <= 0:
+            lying.append(part)
+            continue
+        stays = clip(outline, away) if low < 0 else []
+        if len(stays) > 2:
+            lying.append((face, stays, back))
+        moves = clip(outline, line) if low < 0 else outline
+        if len(moves) > 2:
+            turned.append((face, [reflection(p) for p in moves], not back))
+    return lying, turned[::-1]
+
+
+def _stack(parts: Sequence[_Part]) -> FaceStack:
+    return FaceStack([outline for _, outline, _ in parts], [back for _, _, back in parts])
 
 
 class _Shapes:

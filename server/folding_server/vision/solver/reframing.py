@@ -37,7 +37,7 @@ from folding_server.vision.registration.scene import FaceStack, Views, face_stac
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.creases import MovingCrease
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
-from folding_server.vision.solver.hypotheses import Hypothesis, hypotheses
+from folding_server.vision.solver.hypotheses import Hypothesis, further_hypotheses, hypotheses
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import views_under
@@ -70,12 +70,14 @@ WITHOUT_PHOTO: dict[str, Evidence] = {
     "compound": Evidence(unfolds=2),
 }
 """What the action of a hypothesis says while hypotheses are chosen."""
+AGAINST = {name: -evidence.score for name, evidence in WITHOUT_PHOTO.items()}
+"""What that costs, in shares of the paper."""
 PLAN_WORDS = {
     "none": "nothing changed but the camera",
     "flip": "the model was turned over",
     "fold": "a flap was folded over",
     "unfold": "a crease was unfolded",
-    "compound": "two creases were unfolded",
+    "compound": "two creases were folded or unfolded",
     "rotate": "the model was turned",
 }
 ROUND_TURNS = (45.0, 12.0)
@@ -88,23 +90,32 @@ def explain_reframed(
     """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper. ``known`` is the
     :func:`known_camera` of the photo before.
     """
-    tried = hypotheses(paper)
-    stacks, against = [h.stack for h in tried], {name: -without.score for name, without in WITHOUT_PHOTO.items()}
-    prior = [against[h.action_class] for h in tried]
-    found = []
-    for view in observer.pictures(frame):
-        judge = _Judge(paper, observer, view, frame, known)
-        possible = estimates(stacks, view, judge.before, prior)
-        if observer.stands(frame):
-            possible = [
-                e for e in possible if only_moved(e.camera, upright_camera(observer.pose, view.frame))
-            ]
-        found.append((judge, _distinct(possible, tried)))
-    likely = [(judge, ways) for judge, ways in found if ways]
-    if not likely:
-        return []
-    judge, ways = max(likely, key=lambda pair: pair[1][0].value)
-    return judge.explained(tried, ways)
+    judges = [_Judge(paper, observer, view, frame, known) for view in observer.pictures(frame)]
+    plans: list[Plan] = []
+    likeliest: tuple[_Judge, PoseEstimate] | None = None
+    for generated in (hypotheses, further_hypotheses):
+        tried = generated(paper)
+        found = [(judge, ways) for judge in judges if (ways := judge.likely(tried))]
+        if not found:
+            continue
+        judge, ways = max(found, key=lambda pair: pair[1][0].value)
+        new, best = judge.explained(tried, ways)
+        plans += new
+        if likeliest is None or best.value > likeliest[1].value:
+            likeliest = judge, best
+        if max((p.agreement for p in plans), default=0.0) >= COMPOUND_BELOW:
+            break
+    else:
+        if likeliest is not None:
+            judge, best = likeliest
+            plans += judge.searched(best)
+    return _against_nothing(plans, paper)
+
+
+def _against_nothing(plans: Sequence[Plan], paper: Paper) -> list[Plan]:
+    """Plans as they count beside the one that nothing happened, best first."""
+    nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
+    return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
 
 
 def _settled(plan: Plan, views: Views) -> Plan:
@@ -183,8 +194,19 @@ class _Judge:
         """The camera of the photo before, if it is known."""
         return self.known.camera if self.known else None
 
-    def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> list[Plan]:
-        """The hypotheses found as plans, and what is found under the camera of the likeliest if none explains enough."""
+    def likely(self, tried: Sequence[Hypothesis]) -> list[PoseEstimate]:
+        """The cameras under which the photo may show what hypotheses make of the paper, the most valuable first."""
+        prior = [AGAINST[h.action_class] for h in tried]
+        found = estimates([h.stack for h in tried], self.view, self.before, prior)
+        if self.observer.stands(self.frame):
+            upright = upright_camera(self.observer.pose, self.view.frame)
+            found = [e for e in found if only_moved(e.camera, upright)]
+        return _distinct(found, tried)
+
+    def explained(
+        self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]
+    ) -> tuple[list[Plan], PoseEstimate]:
+        """The hypotheses found as plans, and the likeliest camera."""
         tested = [
             (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
         ]
@@ -195,14 +217,7 @@ class _Judge:
         if plans and best_first(plans)[0].noted.inner_lines > CONTRADICTED:
             for estimate in folds[:FOLDS_REFINED]:
                 plans += self.decided_by_lines(tried[estimate.index], estimate)
-        nothing = next(
-            (p for p in plans if p.action_class == "none"), Plan((), "none", self.paper, IDENTITY, 0.0, "")
-        )
-        reached = max((p.agreement for p in plans), default=0.0)
-        if reached < COMPOUND_BELOW:
-            likeliest = max(tested, key=lambda pair: pair[0].score)[1] if tested else found[0]
-            plans += self.searched(likeliest)
-        return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
+        return plans, max(tested, key=lambda pair: pair[0].score)[1] if tested else found[0]
 
     def views(self, camera: PinholeCamera, stack: FaceStack) -> Views:
         """The photo from straight above."""
