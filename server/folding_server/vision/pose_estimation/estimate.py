@@ -164,10 +164,12 @@ def seen_faces(stack: FaceStack, camera: PinholeCamera) -> SeenFaces:
     ]
 
 
-def same_model(first: SeenFaces, second: SeenFaces) -> bool:
-    """Whether two stacks are one model under other names: the same faces at the same places in the same order."""
+def same_model(first: SeenFaces, second: SeenFaces, within: float = SAME_PLACE) -> bool:
+    """Whether two stacks are one model under other names: the same faces in the same order, their corners ``within`` so much of
+    the same places.
+    """
     return len(first) == len(second) and all(
-        back == other_back and len(points) == len(other) and _gap(points, other) < SAME_PLACE
+        back == other_back and len(points) == len(other) and _gap(points, other) < within
         for (back, points), (other_back, other) in zip(first, second, strict=True)
     )
 
