@@ -11,18 +11,18 @@ from blackboard import BAND, FLAT_TRIANGLE, SQUARE, TRIANGLE, Outline, board, co
 from folding_server.arrays import RgbImage
 from folding_server.errors import PhotoError
 from folding_server.frames.sequences import load_sequence
-from folding_server.geometry.isometry import turn
+from folding_server.geometry.isometry import IDENTITY, Isometry, turn
 from folding_server.simulator import add_vertex, fold
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, LabelImage, as_one_colour, is_paper
 from folding_server.vision.seeing import SequenceObserver, see_sequence
-from paper_drawings import label_image, label_polygons
+from paper_drawings import label_image, label_polygons, shares
 from papers import states
 from paths import EXAMPLES
 from photographed import SAILBOAT, vertex_pixels
 from reference_data import REFERENCE
-from vision_scenes import SIDE, Look, PhotoList, paint, read_rgb, share_right
+from vision_scenes import GRID, SIDE, Look, PhotoList, paint, read_rgb, share_right
 
 PHOTOS = REFERENCE / "photos"
 MASKS = json.loads((Path(__file__).parent / "data" / "blackboard_masks.json").read_text())["outlines"]
@@ -258,3 +258,24 @@ def test_a_sheet_that_drifts_under_a_standing_camera_keeps_its_scale() -> None:
         photos.append(np.clip(photo + table * grain, 0, 255).astype(np.uint8))
     assert see_sequence(PhotoList(photos)).scales == (1.0, 1.0)
     assert FRONT in see_sequence(PhotoList(photos)).frame(2, 64).labels
+
+
+def on_a_mat(paper: Paper, motion: Isometry, seed: int) -> RgbImage:
+    """The paper on a dark mat with a few light lines, which run on below it."""
+    look = Look(front=(190, 40, 40), back=(244, 244, 238), table=(60, 61, 64), lamp=0.0)
+    lines = np.zeros((SIDE, SIDE), np.float32)
+    for i in range(0, SIDE, SIDE // 6):
+        cv2.line(lines, (0, i), (SIDE, i), 1.0, 3)
+        cv2.line(lines, (i, 0), (i, SIDE), 1.0, 3)
+    bare = cv2.GaussianBlur(np.asarray(shares(paper, GRID, motion)[0], np.float32) * lines, (0, 0), 0.7)
+    return np.clip(paint(paper, look, motion, seed) + 45.0 * bare[..., None], 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("aside", [0.016, 0.024, -0.02])
+def test_lines_of_a_mat_go_on_where_the_sheet_lay_first(aside: float) -> None:
+    """A pale line beside the pale paper is no paper in shadow, though the first photo did not show it."""
+    half = fold(add_vertex(add_vertex(new_paper(), (1, 4), 0.5), (2, 3), 0.5), (5, 6), -1)
+    beside = Isometry(1, 0, 0, 1, 0.0, aside)
+    photos = PhotoList([on_a_mat(new_paper(), IDENTITY, 0), on_a_mat(half, beside, 1)])
+    seen = see_sequence(photos).frame(2, 160)
+    assert share_right(seen.labels, label_image(half, seen.grid, beside)) > 0.99

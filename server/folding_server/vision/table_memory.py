@@ -51,7 +51,9 @@ class TableMemory:
         """How badly each pixel fits a mark where the table was not seen, (rows, cols), in nats; None if nothing is drawn on the table."""
         if self.marks is None:
             return None
-        return MARK_UNSEEN + pixel_cost(lab, self.marks.on(*coordinates(grid)), self.marks.covariance, shadows=False)
+        return MARK_UNSEEN + pixel_cost(
+            lab, self.marks.on(*coordinates(grid)), self.marks.covariance, shadows=False
+        )
 
     def like_marks(self, lab: Image, labels: LabelImage, grid: Grid) -> Mask:
         """Thin parts of what was taken for a side of the paper that may as well be marks on the table."""

@@ -321,7 +321,9 @@ class FoldSearch:
         """
         line, handles = found.moving.line, handles_of(self.layers, found.moving)
         built = constructions(self.paper, line, midpoint(*handles))
-        nearest = _near(np.concatenate([self.landmarks, built]) if len(built) else self.landmarks, line, handles)
+        nearest = _near(
+            np.concatenate([self.landmarks, built]) if len(built) else self.landmarks, line, handles
+        )
         best = sorted(nearest[:24], key=lambda other: -self._at_once(found, other))[:6]
         meant = (other for other in nearest if other not in best and self._is_meant(other, handles))
         creased = _near(self.creases, line, handles)[:MOST_CREASED]

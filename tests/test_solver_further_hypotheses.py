@@ -1,0 +1,73 @@
+"""What is tried for a photo framed anew where neither a landmark nor a line through a vertex explains it."""
+
+import pytest
+from exactness import exactness
+from folding_schemas.actions import Action, AddVertex, Fold
+from folding_server.simulator import Paper, apply, new_paper
+from folding_server.vision.any_camera import compare_with_photo
+from folding_server.vision.grid import Grid
+from folding_server.vision.seeing import see_sequence
+from folding_server.vision.solver import propose
+from folding_server.vision.solver.hypotheses import further_hypotheses
+from framed_anew import Standpoint, photo
+from paper_drawings import label_image, label_polygons
+from vision_scenes import PhotoList, share_right
+
+FIRST, SECOND = Standpoint(roll=3.0, tilt=4.0), Standpoint(3.0, 20.0, 8.0, 200.0)
+MOVED = Standpoint(2.8, 50.0, 12.0, 30.0, (40.0, -30.0))
+STRIP = (
+    AddVertex(edge=(4, 1), position=0.2),
+    AddVertex(edge=(3, 2), position=0.2),
+    Fold(edge=(5, 6), direction=-1),
+)
+BOTH_SIDES = (
+    AddVertex(edge=(1, 2), position=0.5),
+    Fold(edge=(5, 7), direction=1),
+    Fold(edge=(7, 6), direction=1),
+)
+ABOUT = Grid(-1.5, 2.5, 100.0, 400, 400)
+"""What the stacks are drawn on."""
+
+
+def folded(*actions: Action) -> Paper:
+    paper = new_paper()
+    for action in actions:
+        paper = apply(paper, action)
+    return paper
+
+
+def test_folds_on_both_sides_look_as_the_simulator_makes_them() -> None:
+    pairs = [h for h in further_hypotheses(folded(*STRIP)) if h.action_class == "compound"]
+    assert len(pairs) > 20
+    for pair in pairs:
+        drawn = label_polygons(pair.stack.outlines, pair.stack.backs, ABOUT)
+        made = [after for _, after in pair.ways()]
+        assert made
+        assert max(share_right(drawn, label_image(after, ABOUT)) for after in made) > 0.99
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "step"),
+    [
+        (STRIP, BOTH_SIDES),
+        (
+            (),
+            (
+                AddVertex(edge=(1, 2), position=0.37),
+                AddVertex(edge=(2, 3), position=0.73),
+                Fold(edge=(5, 6), direction=1),
+            ),
+        ),
+    ],
+    ids=["both sides at once", "a line that meets no vertex"],
+)
+def test_what_no_landmark_gives_is_found_under_any_camera(
+    before: tuple[Action, ...], step: tuple[Action, ...]
+) -> None:
+    known, after = folded(*before), folded(*before, *step)
+    photos = [photo(new_paper(), FIRST), photo(known, SECOND, seed=1), photo(after, MOVED, seed=2)]
+    observer = see_sequence(PhotoList(photos))
+    plan = propose(known, observer, 3)[0]
+    assert exactness(after, plan.paper).holds()
+    assert compare_with_photo(plan.paper, observer, 3).match.verdict == "MATCH"
