@@ -123,7 +123,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
     if pairs and stood and worth_pairs(standing, views):
         standing += pairs_of_actions(standing, paper, last, views)
     lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
-    if not moved and judged(standing)[0].agreement < lost:
+    if not moved and _at_its_size(judged(standing)[0]) < lost:
         plans = _framed_anew(paper, observer, frame, camera())
     if pairs and not stood and not _explains(plans) and worth_pairs(standing, views):
         standing += pairs_of_actions(standing, paper, last, views)
@@ -137,6 +137,11 @@ def _moved(observer: SequenceObserver, before: SeenBefore, camera: Callable[[], 
         return before.agreement < STILL_EXPLAINED
     known = camera()
     return known is not None and known.agreement > before.agreement + BETTER_BY
+
+
+def _at_its_size(plan: Plan) -> float:
+    """The agreement of a plan less what it costs that the sheet looks larger or smaller: then the camera came nearer or went away."""
+    return plan.agreement + plan.evidence.of("scale_change_standing", "scale_change_held")
 
 
 def _explains(plans: Sequence[Plan]) -> bool:
