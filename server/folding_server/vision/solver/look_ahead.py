@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from folding_server.simulator.paper import Paper
 from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.transition import COMPOUND_BELOW
 
 MOST_AHEAD = 3
 """Photos that are looked at beyond the one in question."""
@@ -16,9 +17,12 @@ Explain = Callable[[Paper, int], Plan]
 """The best explanation of a photo, by its number, from a paper."""
 
 
-def behind(plans: Sequence[Plan], frame: int, last_frame: int, explain: Explain) -> list[float]:
+def behind(
+    plans: Sequence[Plan], frame: int, last_frame: int, explain: Explain, thoroughly: Explain
+) -> list[float]:
     """How far each plan for a photo falls behind the best of them, in shares of the paper, when the next photos are explained from
-    where it leads, each by its own best explanation. All 0 if there is nothing to look at.
+    where it leads, each by its own best explanation: ``thoroughly`` where none of them is explained otherwise. All 0 if there is
+    nothing to look at.
     """
     papers, lost = [plan.paper for plan in plans], [0.0] * len(plans)
     followed = list(range(len(plans)))
@@ -26,6 +30,8 @@ def behind(plans: Sequence[Plan], frame: int, last_frame: int, explain: Explain)
         if len(followed) < 2 or any(len(papers[i].faces) > MANY_FACES for i in followed):
             break
         found = {i: explain(papers[i], ahead) for i in followed}
+        if max(plan.agreement for plan in found.values()) < COMPOUND_BELOW:
+            found = {i: thoroughly(papers[i], ahead) for i in followed}
         best = max(plan.score - lost[i] for i, plan in found.items())
         for i, plan in found.items():
             papers[i], lost[i] = plan.paper, best - (plan.score - lost[i])

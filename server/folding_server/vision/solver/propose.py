@@ -57,6 +57,7 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
             tied,
             frame,
             observer.photos.frame_count,
+            lambda after, ahead: explained(after, observer, ahead, pairs=False, further=False)[0],
             lambda after, ahead: explained(after, observer, ahead, pairs=False)[0],
         )
         outlook = {id(plan): loss for plan, loss in zip(tied, lost, strict=True)}
@@ -91,30 +92,35 @@ def _nearly_same(first: Paper, second: Paper) -> bool:
 
 
 def explained(
-    paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool = True
+    paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool = True, further: bool = True
 ) -> tuple[Plan, ...]:
-    """The plans that this photo alone suggests, best first; the last few are remembered. Two folds at once take long to find:
-    without ``pairs`` they are not looked for.
+    """The plans that this photo alone suggests, best first; the last few are remembered.
+
+    What is tried last takes long, and can be left out: two folds at once without ``pairs``, and under a camera of its own all but
+    the usual hypotheses without ``further``.
     """
     plans: tuple[Plan, ...]
-    for known_paper, known_frame, with_pairs, plans in observer.notes:
+    for known_paper, known_frame, with_pairs, with_further, plans in observer.notes:
         if (known_frame, known_paper) == (frame, paper) and (
-            with_pairs or not pairs or max(p.agreement for p in plans) >= COMPOUND_BELOW
+            (with_pairs >= pairs and with_further >= further)
+            or max(p.agreement for p in plans) >= COMPOUND_BELOW
         ):
             return plans
-    plans = _ranked(paper, observer, frame, pairs=pairs)
-    observer.notes[:] = [*observer.notes[1 - REMEMBERED :], (paper, frame, pairs, plans)]
+    plans = _ranked(paper, observer, frame, pairs=pairs, further=further)
+    observer.notes[:] = [*observer.notes[1 - REMEMBERED :], (paper, frame, pairs, further, plans)]
     return plans
 
 
-def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool) -> tuple[Plan, ...]:
+def _ranked(
+    paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool, further: bool
+) -> tuple[Plan, ...]:
     """Every class of action tried under the first photo's camera, and under any camera where that one explains too little; best first.
     Two folds at once come before another camera if the photo before was seen by the first photo's, else after it.
     """
     before = seen_before(paper, observer, frame)
     camera = cache(lambda: known_camera(paper, observer, frame - 1))
     moved = frame > 2 and _moved(observer, before, camera)
-    plans = _framed_anew(paper, observer, frame, camera()) if moved else []
+    plans = _framed_anew(paper, observer, frame, camera(), further=further) if moved else []
     if plans and plans[0].agreement >= ANOTHER_BELOW:
         return tuple(_distinct(plans))
     last, views = before.motion, views_after(paper, observer, before)
@@ -124,7 +130,7 @@ def _ranked(paper: Paper, observer: SequenceObserver, frame: int, *, pairs: bool
         standing += pairs_of_actions(standing, paper, last, views)
     lost = ANOTHER_BELOW if observer.stands(frame) else EXPLAINED
     if not moved and _at_its_size(judged(standing)[0]) < lost:
-        plans = _framed_anew(paper, observer, frame, camera())
+        plans = _framed_anew(paper, observer, frame, camera(), further=further)
     if pairs and not stood and not _explains(plans) and worth_pairs(standing, views):
         standing += pairs_of_actions(standing, paper, last, views)
     standing = _not_contradicted(judged(standing), paper, observer, frame, last)
@@ -150,10 +156,11 @@ def _explains(plans: Sequence[Plan]) -> bool:
 
 
 def _framed_anew(
-    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None
+    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None, *, further: bool
 ) -> list[Plan]:
     """Plans under cameras that this photo tells; they count less for it, since the first photo's may be right."""
-    return [plan.noting(own_camera=1.0) for plan in explain_reframed(paper, observer, frame, known)]
+    plans = explain_reframed(paper, observer, frame, known, further=further)
+    return [plan.noting(own_camera=1.0) for plan in plans]
 
 
 def _not_contradicted(

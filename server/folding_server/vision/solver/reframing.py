@@ -85,15 +85,15 @@ ROUND_TURNS = (45.0, 12.0)
 
 
 def explain_reframed(
-    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None
+    paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None, *, further: bool = True
 ) -> list[Plan]:
     """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper. ``known`` is the
-    :func:`known_camera` of the photo before.
+    :func:`known_camera` of the photo before; without ``further`` no more than the usual hypotheses are tried.
     """
     judges = [_Judge(paper, observer, view, frame, known) for view in observer.pictures(frame)]
     plans: list[Plan] = []
     likeliest: tuple[_Judge, PoseEstimate] | None = None
-    for generated in (hypotheses, further_hypotheses):
+    for generated in (hypotheses, further_hypotheses) if further else (hypotheses,):
         tried = generated(paper)
         found = [(judge, ways) for judge in judges if (ways := judge.likely(tried))]
         if not found:
@@ -106,7 +106,7 @@ def explain_reframed(
         if max((p.agreement for p in plans), default=0.0) >= COMPOUND_BELOW:
             break
     else:
-        if likeliest is not None:
+        if further and likeliest is not None:
             judge, best = likeliest
             plans += judge.searched(best)
     return _against_nothing(plans, paper)
