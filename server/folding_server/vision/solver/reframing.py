@@ -214,7 +214,8 @@ class _Judge:
         folds = [e for e in found if tried[e.index].moving and e.agreement < FULLY_EXPLAINED]
         for estimate in folds[:FOLDS_REFINED]:
             plans += self.refined(tried[estimate.index], estimate)
-        if plans and best_first(plans)[0].noted.inner_lines > CONTRADICTED:
+        best = best_first(plans)[0] if plans else None
+        if best and best.agreement >= COMPOUND_BELOW and best.noted.inner_lines > CONTRADICTED:
             for estimate in folds[:FOLDS_REFINED]:
                 plans += self.decided_by_lines(tried[estimate.index], estimate)
         return plans, max(tested, key=lambda pair: pair[0].score)[1] if tested else found[0]
