@@ -32,7 +32,9 @@ STANDS_OUT = 0.01
 folds make a shape that only seems turned.
 """
 AGREEMENT_NOISE = 0.003
-"""A photo that the state before explains this nearly as well as its own shows a change by lines at most."""
+"""A photo that the state before explains this nearly as well as its own shows a change by lines at most; and a flip or unfolding
+that explains it so well ends the search: half a sheet folded over may look turned over, but for a hundredth.
+"""
 PROMISING = 0.08
 """Plans this much worse than the best of their kind on the coarse view are dropped."""
 OF_A_KIND = 4
@@ -80,7 +82,7 @@ def single_actions(paper: Paper, last: Similarity, views: Views, effort: Effort 
     nothing = measured(_nothing(paper, motions, views), views, last)
     plans = [nothing, *_whole_moves(paper, last, motions, views)]
     best = max(plans, key=lambda p: p.looks)
-    if not _clear(best, nothing):
+    if not _clear(best, nothing, views.expected):
         search = fold_search(paper, motions, views, effort)
         plans += as_plans(search.run(), paper, views, motions[0])
         if nothing.agreement > views.expected - AGREEMENT_NOISE or search.calm:
@@ -119,15 +121,15 @@ def _within_a_colour(
     return [*search.weighed(plans), *found]
 
 
-def _clear(best: Plan, nothing: Plan) -> bool:
+def _clear(best: Plan, nothing: Plan, expected: float) -> bool:
     """Whether a flip or unfold explains the photo so well that no fold need be looked for: at the size that the sheet had, by
-    its classes and by its lines.
+    its classes and by its lines, and nearly as well as the photo before was explained.
     """
     return (
         not best.scaled
         and best.action_class != "rotate"
         and best.looks >= max(EXPLAINED, nothing.looks + STANDS_OUT)
-        and best.agreement >= nothing.agreement + STANDS_OUT
+        and best.agreement >= max(nothing.agreement + STANDS_OUT, expected - AGREEMENT_NOISE)
     )
 
 
