@@ -164,12 +164,10 @@ def seen_faces(stack: FaceStack, camera: PinholeCamera) -> SeenFaces:
     ]
 
 
-def same_model(first: SeenFaces, second: SeenFaces, within: float = SAME_PLACE) -> bool:
-    """Whether two stacks are one model under other names: the same faces in the same order, their corners ``within`` so much of
-    the same places.
-    """
+def same_sight(first: SeenFaces, second: SeenFaces) -> bool:
+    """Whether two stacks are one model under other names: the same faces at the same places in the same order."""
     return len(first) == len(second) and all(
-        back == other_back and len(points) == len(other) and _gap(points, other) < within
+        back == other_back and len(points) == len(other) and _gap(points, other) < SAME_PLACE
         for (back, points), (other_back, other) in zip(first, second, strict=True)
     )
 

@@ -3,20 +3,18 @@
 from collections.abc import Callable, Sequence
 from functools import cache
 
-import numpy as np
-
 from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.any_camera import ANOTHER_BELOW, BETTER_BY
 from folding_server.vision.motion import movement
-from folding_server.vision.pose_estimation.estimate import PoseEstimate, same_model
-from folding_server.vision.registration.scene import face_stack
+from folding_server.vision.pose_estimation.estimate import PoseEstimate
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.look_ahead import behind
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed, known_camera
+from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -36,10 +34,6 @@ TIE, MOST_TIED = 0.003, 4
 """Plans that score less than the best by at most the first are as good as it, if they are among so many."""
 TIE_REFRAMED = 0.016
 """The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
-NEARLY_SAME = 0.01
-"""Corners that are nearer to each other, in sheet units, are told apart by no later photo that a free camera took: half of what
-a result may be off to count as exact.
-"""
 REMEMBERED = 24
 """Explanations kept: the next photo's are needed again."""
 
@@ -75,20 +69,12 @@ def _tied(plans: Sequence[Plan]) -> list[Plan]:
     tied: list[Plan] = []
     for plan in plans:
         alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
-        if plan.noted.own_camera:
-            alike = any(_nearly_same(plan.paper, other.paper) for other in tied)
-        if plan.score > plans[0].score - tie and not alike:
+        alike = alike and not plan.noted.own_camera
+        if plan.score <= plans[0].score - tie or alike:
+            continue
+        if not any(same_model(plan.paper, other.paper) for other in tied):
             tied.append(plan)
     return tied[:MOST_TIED]
-
-
-def _nearly_same(first: Paper, second: Paper) -> bool:
-    """Whether no photo tells two papers apart."""
-    faces, others = (
-        [(first_back, np.array(outline)) for outline, first_back in zip(s.outlines, s.backs, strict=True)]
-        for s in (face_stack(first), face_stack(second))
-    )
-    return same_model(faces, others, NEARLY_SAME)
 
 
 def explained(

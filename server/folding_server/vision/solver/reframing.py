@@ -27,7 +27,7 @@ from folding_server.vision.pose_estimation.estimate import (
     camera_evidence,
     estimates,
     roll_evidence,
-    same_model,
+    same_sight,
     seen_faces,
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
@@ -166,7 +166,7 @@ def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> lis
         if estimate.value < found[0].value - FAR_WORSE:
             break
         faces = seen_faces(tried[estimate.index].stack, estimate.camera)
-        twin = next((i for i, other in enumerate(seen) if same_model(faces, other)), None)
+        twin = next((i for i, other in enumerate(seen) if same_sight(faces, other)), None)
         if twin is None:
             if len(kept) == HYPOTHESES_JUDGED:
                 break
