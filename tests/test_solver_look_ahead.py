@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 
-from folding_schemas.actions import Flip
+from folding_schemas.actions import AddVertex, Flip, Fold, Rotate
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.solver.look_ahead import DECIDED, MOST_AHEAD, behind
 from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.same_model import same_model
 
 LAID, TURNED = new_paper(), apply(new_paper(), Flip(axis="x"))
 
@@ -66,3 +67,21 @@ def test_no_more_photos_are_looked_at_than_there_are_or_than_is_worth_it() -> No
     assert ahead(2, 2, following({}, [])) == [0.0, 0.0]
     ahead(2, 99, following({}, asked))
     assert max(asked) == 2 + MOST_AHEAD
+
+
+def letter(*folds: Fold) -> Paper:
+    """A sheet with marks at two fifths and three fifths of two sides, folded along them."""
+    paper = new_paper()
+    for edge, place in (((1, 2), 0.4), ((4, 3), 0.4), ((5, 2), 1 / 3), ((6, 3), 1 / 3)):
+        paper = apply(paper, AddVertex(edge=edge, position=place))
+    for fold in folds:
+        paper = apply(paper, fold)
+    return paper
+
+
+def test_one_model_under_other_names_is_the_same_and_one_with_other_layers_is_not() -> None:
+    left, right = Fold(edge=(5, 6), direction=-1), Fold(edge=(7, 8), direction=1)
+    first, other = letter(left, right), letter(right, left)
+    assert same_model(apply(apply(first, Flip(axis="x")), Rotate(angle=180)), apply(first, Flip(axis="y")))
+    assert not same_model(apply(first, Flip(axis="x")), first)
+    assert not same_model(first, other)

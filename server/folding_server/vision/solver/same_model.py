@@ -1,4 +1,4 @@
-"""Whether two folded papers are one model, whatever their faces are called: then no later photo tells them apart either."""
+"""Whether two folded papers are one model, wherever it lies and whatever its faces are called: no later photo tells them apart."""
 
 import numpy as np
 
@@ -31,8 +31,10 @@ def same_model(first: Paper, second: Paper) -> bool:
 
 
 def _lying(paper: Paper) -> list[tuple[Floats, bool, int]]:
-    """Each face's corners (n, 2), whether its back is up, and how many faces lie below its middle."""
-    outlines = [np.array(paper.polygon(face)) for face in paper.order]
+    """Each face's corners (n, 2) about the middle of the model, whether its back is up, and how many faces lie below its middle."""
+    corners = np.array(list(paper.folded_vertices_coords.values()))
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    outlines = [np.array(paper.polygon(face)) - middle for face in paper.order]
     middles = [outline.mean(axis=0) for outline in outlines]
     return [
         (outline, paper.back_up(face), sum(_covers(other, middles[rank]) for other in outlines[:rank]))
