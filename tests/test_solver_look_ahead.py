@@ -1,11 +1,12 @@
 """Plans that a photo cannot tell apart: the photos after it are explained from each, as far as it takes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from folding_schemas.actions import AddVertex, Flip, Fold, Rotate
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import Paper, apply, new_paper
-from folding_server.vision.solver.look_ahead import DECIDED, MOST_AHEAD, behind
+from folding_server.vision.solver.look_ahead import DECIDED, MOST_AHEAD, TIE_NOTHING, behind, tied_plans
 from folding_server.vision.solver.plan import Plan
 from folding_server.vision.solver.same_model import same_model
 
@@ -85,3 +86,13 @@ def test_one_model_under_other_names_is_the_same_and_one_with_other_layers_is_no
     assert same_model(apply(apply(first, Flip(axis="x")), Rotate(angle=180)), apply(first, Flip(axis="y")))
     assert not same_model(apply(first, Flip(axis="x")), first)
     assert not same_model(first, other)
+
+
+def test_a_hidden_fold_is_looked_ahead_from_only_where_nothing_seems_to_have_happened() -> None:
+    fold = Fold(edge=(1, 3), direction=1)
+    hidden = Plan((fold,), "fold", apply(new_paper(), fold), IDENTITY, 0.98, "")
+    nothing = plan(new_paper(), hidden.score + 0.8 * TIE_NOTHING - plan(new_paper(), 0.0).score)
+    assert tied_plans([nothing, hidden]) == [nothing, hidden]
+    turned = replace(nothing, actions=(Rotate(angle=90),), action_class="rotate")
+    turned = replace(turned, agreement=turned.agreement + hidden.score + 0.8 * TIE_NOTHING - turned.score)
+    assert tied_plans([turned, hidden]) == [turned]

@@ -3,9 +3,18 @@
 from collections.abc import Callable, Sequence
 
 from folding_server.simulator.paper import Paper
+from folding_server.vision.any_camera import ANOTHER_BELOW
 from folding_server.vision.solver.plan import Plan
+from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import COMPOUND_BELOW
 
+TIE, MOST_TIED = 0.003, 4
+"""Plans that score less than the best by at most the first are as good as it, if they are among so many."""
+TIE_REFRAMED = 0.016
+"""The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
+TIE_NOTHING = 0.012
+"""The same where the best is that nothing happened: photos are chosen because something did, and what a hand hides the next may show.
+"""
 MOST_AHEAD = 3
 """Photos that are looked at beyond the one in question."""
 DECIDED = 0.01
@@ -15,6 +24,25 @@ MANY_FACES = 24
 
 Explain = Callable[[Paper, int], Plan]
 """The best explanation of a photo, by its number, from a paper."""
+
+
+def tied_plans(plans: Sequence[Plan]) -> list[Plan]:
+    """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class. None
+    if even the best is not the explanation.
+    """
+    if plans[0].agreement < ANOTHER_BELOW:
+        return []
+    tie = TIE_NOTHING if plans[0].action_class == "none" else TIE
+    tie = TIE_REFRAMED if plans[0].noted.own_camera else tie
+    tied: list[Plan] = []
+    for plan in plans:
+        alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
+        alike = alike and not plan.noted.own_camera
+        if plan.score <= plans[0].score - tie or alike:
+            continue
+        if not any(same_model(plan.paper, other.paper) for other in tied):
+            tied.append(plan)
+    return tied[:MOST_TIED]
 
 
 def behind(

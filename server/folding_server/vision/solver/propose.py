@@ -9,12 +9,11 @@ from folding_server.vision.any_camera import ANOTHER_BELOW, BETTER_BY
 from folding_server.vision.motion import movement
 from folding_server.vision.pose_estimation.estimate import PoseEstimate
 from folding_server.vision.seeing import SequenceObserver
-from folding_server.vision.solver.look_ahead import behind
+from folding_server.vision.solver.look_ahead import behind, tied_plans
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed, known_camera
-from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -30,10 +29,6 @@ WELL_EXPLAINED, STILL_EXPLAINED = 0.985, 0.93
 """A paper that explains its own photo so well under the first photo's camera was seen by that; one that explains it less well than the
 second by another; and between the two it was if another explains BETTER_BY more.
 """
-TIE, MOST_TIED = 0.003, 4
-"""Plans that score less than the best by at most the first are as good as it, if they are among so many."""
-TIE_REFRAMED = 0.016
-"""The same under a camera of its own: with its freedom more plans look alike, also those of one class."""
 REMEMBERED = 24
 """Explanations kept: the next photo's are needed again."""
 
@@ -45,7 +40,7 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
     Raises PhotoError if there is no such frame. Deterministic.
     """
     plans: Sequence[Plan] = explained(paper, observer, frame)
-    tied = _tied(plans)
+    tied = tied_plans(plans)
     if len(tied) > 1 and len(paper.faces) > 1:
         lost = behind(
             tied,
@@ -57,24 +52,6 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
         outlook = {id(plan): loss for plan, loss in zip(tied, lost, strict=True)}
         plans = best_first([plan.noting(look_ahead=outlook.get(id(plan), 0.0)) for plan in plans])
     return tuple(plans[:count])
-
-
-def _tied(plans: Sequence[Plan]) -> list[Plan]:
-    """The plans as good as the best by this photo: all that only move the whole, and of others the best of each class. None
-    if even the best is not the explanation.
-    """
-    if plans[0].agreement < ANOTHER_BELOW:
-        return []
-    tie = TIE_REFRAMED if plans[0].noted.own_camera else TIE
-    tied: list[Plan] = []
-    for plan in plans:
-        alike = plan.creases and any(plan.action_class == other.action_class for other in tied)
-        alike = alike and not plan.noted.own_camera
-        if plan.score <= plans[0].score - tie or alike:
-            continue
-        if not any(same_model(plan.paper, other.paper) for other in tied):
-            tied.append(plan)
-    return tied[:MOST_TIED]
 
 
 def explained(
