@@ -14,6 +14,7 @@ from folding_server.vision.solver.motion_evidence import contradiction, watched_
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.reframing import explain_reframed, known_camera
+from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -49,9 +50,15 @@ def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3
             lambda after, ahead: explained(after, observer, ahead, pairs=False, further=False)[0],
             lambda after, ahead: explained(after, observer, ahead, pairs=False)[0],
         )
-        outlook = {id(plan): loss for plan, loss in zip(tied, lost, strict=True)}
-        plans = best_first([plan.noting(look_ahead=outlook.get(id(plan), 0.0)) for plan in plans])
+        plans = best_first([plan.noting(look_ahead=_lost(plan, tied, lost)) for plan in plans])
     return tuple(plans[:count])
+
+
+def _lost(plan: Plan, tied: Sequence[Plan], lost: Sequence[float]) -> float:
+    """What was lost by a plan, or by the tied one that leads to the same model; 0 if the next photos were not asked about it."""
+    return next(
+        (loss for other, loss in zip(tied, lost, strict=True) if same_model(plan.paper, other.paper)), 0.0
+    )
 
 
 def explained(
