@@ -3,7 +3,7 @@
 import pytest
 from exactness import exactness
 from folding_schemas.actions import Action, AddVertex, Fold
-from folding_server.simulator import Paper, apply, new_paper
+from folding_server.simulator import new_paper, replay
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.grid import Grid
 from folding_server.vision.seeing import see_sequence
@@ -29,15 +29,8 @@ ABOUT = Grid(-1.5, 2.5, 100.0, 400, 400)
 """What the stacks are drawn on."""
 
 
-def folded(*actions: Action) -> Paper:
-    paper = new_paper()
-    for action in actions:
-        paper = apply(paper, action)
-    return paper
-
-
 def test_folds_on_both_sides_look_as_the_simulator_makes_them() -> None:
-    pairs = [h for h in further_hypotheses(folded(*STRIP)) if h.action_class == "compound"]
+    pairs = [h for h in further_hypotheses(replay(STRIP)) if h.action_class == "compound"]
     assert len(pairs) > 20
     for pair in pairs:
         drawn = label_polygons(pair.stack.outlines, pair.stack.backs, ABOUT)
@@ -65,7 +58,7 @@ def test_folds_on_both_sides_look_as_the_simulator_makes_them() -> None:
 def test_what_no_landmark_gives_is_found_under_any_camera(
     before: tuple[Action, ...], step: tuple[Action, ...]
 ) -> None:
-    known, after = folded(*before), folded(*before, *step)
+    known, after = replay(before), replay((*before, *step))
     photos = [photo(new_paper(), FIRST), photo(known, SECOND, seed=1), photo(after, MOVED, seed=2)]
     observer = see_sequence(PhotoList(photos))
     plan = propose(known, observer, 3)[0]

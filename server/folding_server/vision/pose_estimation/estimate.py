@@ -8,6 +8,7 @@ import numpy as np
 
 from folding_server.arrays import Floats
 from folding_server.geometry.isometry import IDENTITY
+from folding_server.geometry.point_batch import hausdorff_distance
 from folding_server.vision.evidence import Evidence
 from folding_server.vision.grid import grid_over
 from folding_server.vision.pose_estimation.border_fitting import (
@@ -167,12 +168,6 @@ def seen_faces(stack: FaceStack, camera: PinholeCamera) -> SeenFaces:
 def same_sight(first: SeenFaces, second: SeenFaces) -> bool:
     """Whether two stacks are one model under other names: the same faces at the same places in the same order."""
     return len(first) == len(second) and all(
-        back == other_back and len(points) == len(other) and _gap(points, other) < SAME_PLACE
+        back == other_back and len(points) == len(other) and hausdorff_distance(points, other) < SAME_PLACE
         for (back, points), (other_back, other) in zip(first, second, strict=True)
     )
-
-
-def _gap(first: Floats, second: Floats) -> float:
-    """The largest distance from a corner of either to the nearest of the other."""
-    distances = np.linalg.norm(first[:, None] - second[None], axis=2)
-    return float(max(distances.min(axis=0).max(), distances.min(axis=1).max()))

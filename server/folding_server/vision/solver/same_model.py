@@ -3,6 +3,7 @@
 import numpy as np
 
 from folding_server.arrays import Floats
+from folding_server.geometry.point_batch import hausdorff_distance
 from folding_server.simulator.paper import Paper
 
 NEARLY_SAME = 0.01
@@ -20,7 +21,7 @@ def same_model(first: Paper, second: Paper) -> bool:
                 i
                 for i, (other, other_back, other_below) in enumerate(others)
                 if (back, below, len(outline)) == (other_back, other_below, len(other))
-                and _gap(outline, other) < NEARLY_SAME
+                and hausdorff_distance(outline, other) < NEARLY_SAME
             ),
             None,
         )
@@ -47,9 +48,3 @@ def _covers(outline: Floats, place: Floats) -> bool:
     edges = np.roll(outline, -1, axis=0) - outline
     sides = edges[:, 0] * (place[1] - outline[:, 1]) - edges[:, 1] * (place[0] - outline[:, 0])
     return bool((sides > 0).all() or (sides < 0).all())
-
-
-def _gap(first: Floats, second: Floats) -> float:
-    """The largest distance from a corner of either to the nearest of the other."""
-    distances = np.linalg.norm(first[:, None] - second[None], axis=2)
-    return float(max(distances.min(axis=0).max(), distances.min(axis=1).max()))
