@@ -15,7 +15,7 @@ from folding_server.errors import FoldingError
 from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import new_paper
 from folding_server.vision.seeing import SequenceObserver, see_sequence
-from folding_server.vision.solver import propose
+from folding_server.vision.solver import propose, revised
 
 LONGEST_RUN = 3600.0
 """Seconds after which a run is given up."""
@@ -65,10 +65,11 @@ def _follow(
     paper = new_paper()
     for frame in range(2, frames + 1):
         started = time.perf_counter()
-        best = propose(paper, observer, frame)[0]
+        best = propose(paper, observer, frame, steps=tuple(steps))[0]
         seconds.append(time.perf_counter() - started)
         steps.append(best.actions)
         paper = best.paper
+    steps[:] = revised(tuple(steps), observer)
 
 
 def run_agent(folder: Path) -> Reconstruction:

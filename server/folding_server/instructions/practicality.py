@@ -14,9 +14,9 @@ from folding_server.errors import ActionRefused
 from folding_server.geometry.line import Point
 from folding_server.instructions.moves import Lesson, Move
 from folding_server.instructions.step_scene import layers_turned
-from folding_server.photographer.imprecision import Hands, Spoilt
 from folding_server.photographer.movements import swing_of
 from folding_server.simulator import apply, new_paper
+from folding_server.simulator.counterpart import Counterpart, NoCounterpart
 
 BEND_PART = 0.25
 """A stack folds sharply while its bend takes no more than this part of the flap: more, and the flap springs open."""
@@ -135,14 +135,14 @@ def _movable(actions: Sequence[Action]) -> Iterator[int]:
 def _shifts(lesson: Lesson, actions: Sequence[Action], at: int, off: float) -> dict[int, float] | None:
     """How far each vertex ends from where it should if one action is off; None if that makes another model."""
     sheet = lesson.program.sheet
-    hands = Hands(new_paper(sheet), new_paper(sheet), {v: v for v in (1, 2, 3, 4)})
+    hands = Counterpart(new_paper(sheet), new_paper(sheet), {v: v for v in (1, 2, 3, 4)})
     try:
         for i, action in enumerate(actions):
             if i == at and isinstance(action, Fold):
                 _fold_beside(hands, action, off)
             else:
                 hands.carry_out(action, off if i == at else 0.0)
-    except (Spoilt, ActionRefused):
+    except (NoCounterpart, ActionRefused):
         return None
     if not hands.same_model():
         return None
@@ -152,7 +152,7 @@ def _shifts(lesson: Lesson, actions: Sequence[Action], at: int, off: float) -> d
     return {v: hypot(way[0] - x, way[1] - y) for v, way in ways.items()}
 
 
-def _fold_beside(hands: Hands, action: Fold, off: float) -> None:
+def _fold_beside(hands: Counterpart, action: Fold, off: float) -> None:
     """Fold with the second end of the line a little along the sheet's edge, on the paper of imprecise hands alone."""
     v, real = hands.twin[action.edge[1]], hands.real
     neighbours = [
@@ -163,12 +163,12 @@ def _fold_beside(hands: Hands, action: Fold, off: float) -> None:
         if w != v
     ]
     if not neighbours:
-        raise Spoilt
+        raise NoCounterpart
     ordered = sorted(neighbours)
     w = ordered[0 if off > 0 else -1]
     reach = dist(real.vertices_coords[v], real.vertices_coords[w])
     if reach <= 2 * abs(off):
-        raise Spoilt
+        raise NoCounterpart
     hands.real = apply(real, AddVertex(edge=(v, w), position=abs(off) / reach))
     hands.twin[action.edge[1]] = max(hands.real.vertices_coords)
     hands.carry_out(action, 0.0)

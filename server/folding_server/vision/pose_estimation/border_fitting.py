@@ -86,12 +86,14 @@ def paper_extent(scene: Scene) -> float:
 @dataclass(frozen=True)
 class BorderMatches:
     """Points of drawn borders that found theirs in the photo: ``places`` (n, 2) and unit ``normals`` (n, 2) in picture units, and the
-    ``ways`` (n,) along them to the photo's. ``moved`` says for another drawing how far its borders lie along the same normals.
+    ``ways`` (n,) along them to the photo's; ``lost`` points found none. ``moved`` says for another drawing how far its borders lie
+    along the same normals.
     """
 
     places: Floats
     normals: Floats
     ways: Floats
+    lost: int
     moved: Callable[[LabelImage], Floats]
 
 
@@ -126,6 +128,7 @@ def matched_borders(
         grid.to_plane(np.concatenate([b.points[f] for b, _, f in kept])),
         np.concatenate([b.normals[f] for b, _, f in kept]) * (1, -1),
         np.concatenate([w[f] for _, w, f in kept]) / grid.pixels_per_unit,
+        sum(int((~f).sum()) for f in found),
         moved,
     )
 
@@ -152,8 +155,7 @@ def least_squares_step(
     slopes of k more unknowns, ``priors`` (k,) the inverse squares of their standard deviations; their changes (k,) are given too.
     """
     start = np.array(camera.vector())
-    points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), matches.places)
-    slopes = _slopes(camera, points, matches.normals)
+    slopes = camera_slopes(camera, matches)
     if other is not None:
         slopes = np.hstack([slopes, other])
     weights = 1 / (1 + (3 * matches.ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
@@ -173,11 +175,12 @@ def least_squares_step(
     return camera.moved(vector), np.asarray(change[len(start) :], np.float64)
 
 
-def _slopes(camera: PinholeCamera, points: Floats, normals: Floats) -> Floats:
-    """How far each point moves along its normal per unit of each coordinate of the camera's vector, (n, 6)."""
+def camera_slopes(camera: PinholeCamera, matches: BorderMatches) -> Floats:
+    """How far each matched point moves along its normal per unit of each coordinate of the camera's vector, (n, 6)."""
+    points = projected(np.asarray(np.linalg.inv(camera.homography), np.float64), matches.places)
     flat = np.column_stack([points, np.ones(len(points))])
     seen = flat @ camera.homography.T
     change = flat @ camera.slopes.transpose(0, 2, 1)
     places = seen[:, :2] / seen[:, 2:]
     moved = (change[..., :2] - places * change[..., 2:]) / seen[:, 2:]
-    return np.asarray((moved * normals).sum(axis=-1).T, np.float64)
+    return np.asarray((moved * matches.normals).sum(axis=-1).T, np.float64)

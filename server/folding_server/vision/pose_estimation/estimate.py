@@ -21,6 +21,7 @@ from folding_server.vision.pose_estimation.border_fitting import (
 from folding_server.vision.pose_estimation.picture_view import PictureView
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, camera_of, projected
 from folding_server.vision.pose_estimation.shape_matching import (
+    WAYS,
     AffineMatch,
     NormalForm,
     affine_matches,
@@ -83,21 +84,22 @@ def estimates(
     view: PictureView,
     before: PinholeCamera | None = None,
     prior: Sequence[float] | None = None,
+    always: Sequence[int] = (),
 ) -> list[PoseEstimate]:
     """For the stacks that the photo resembles most: their cameras, the most valuable first.
 
     ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely. ``prior`` is what
-    each stack costs, in shares of the paper.
+    each stack costs, in shares of the paper. The ``always``-th stacks are fitted however many others look more alike.
     """
     seen = normal_form(view.scene.labels, view.scene.grid)
     if seen is None:
         return []
     costs = prior or [0.0] * len(stacks)
-    shaped = [(i, shape) for i, stack in enumerate(stacks) if (shape := shape_of(stack)) is not None]
-    found_alike = affine_matches(seen, [shape for _, shape in shaped], FITTED)
-    matches = [replace(m, index=shaped[m.index][0]) for m in found_alike]
     coarse = coarser(view.scene)
-    begun = [(match, _begun(stacks[match.index], coarse, view, match)) for match in matches]
+    begun = [
+        (match, _begun(stacks[match.index], coarse, view, match))
+        for match in _alike(seen, [shape_of(stack) for stack in stacks], always)
+    ]
     begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
 
     def estimate(index: int, fit: Fitted) -> PoseEstimate:
@@ -107,7 +109,7 @@ def estimates(
 
     half = [
         estimate(match.index, _half_fitted(stacks[match.index], view.scene, start.camera))
-        for match, start in begun[:FULLY_FITTED]
+        for match, start in [*begun[:FULLY_FITTED], *_first_of(always, begun[FULLY_FITTED:])]
     ]
     enough = max((e.value for e in half), default=0.0) - FAR_BEHIND
     found = [
@@ -117,6 +119,31 @@ def estimates(
         for e in half
     ]
     return sorted(found, key=lambda e: -e.value)
+
+
+def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequence[int]) -> list[AffineMatch]:
+    """The FITTED best matches of all shapes, and the best of each of the ``always``-th besides."""
+    found: list[AffineMatch] = []
+    for indices, most, each in ((range(len(shapes)), FITTED, WAYS), (always, len(always), 1)):
+        shaped = [(i, shape) for i in indices if (shape := shapes[i]) is not None]
+        for match in affine_matches(seen, [shape for _, shape in shaped], most, each):
+            own = replace(match, index=shaped[match.index][0])
+            if all(own.index != other.index or own.agreement != other.agreement for other in found):
+                found.append(own)
+    return found
+
+
+_Begun = tuple[AffineMatch, Fitted]
+
+
+def _first_of(always: Sequence[int], begun: Sequence[_Begun]) -> list[_Begun]:
+    """The first match of each of some stacks."""
+    return [
+        pair
+        for i in always
+        for pair in [next((p for p in begun if p[0].index == i), None)]
+        if pair is not None
+    ]
 
 
 def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:

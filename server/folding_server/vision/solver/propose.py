@@ -1,6 +1,7 @@
 """Proposals for the transition to a frame: from photos and a folded paper to ranked plans."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 
 from folding_server.geometry.similarity import Similarity
@@ -13,6 +14,7 @@ from folding_server.vision.solver.look_ahead import behind, tied_plans
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
+from folding_server.vision.solver.refinement import Steps, carried_back, refined
 from folding_server.vision.solver.reframing import explain_reframed, known_camera
 from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import (
@@ -34,12 +36,27 @@ REMEMBERED = 24
 """Explanations kept: the next photo's are needed again."""
 
 
-def propose(paper: Paper, observer: SequenceObserver, frame: int, count: int = 3) -> tuple[Plan, ...]:
+def propose(
+    paper: Paper, observer: SequenceObserver, frame: int, count: int = 3, steps: Steps = ()
+) -> tuple[Plan, ...]:
     """At most ``count`` plans, best first, that lead from ``paper`` (the state at the frame before) to a frame.
 
-    Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead.
-    Raises PhotoError if there is no such frame. Deterministic.
+    Plans that this photo cannot tell apart are ranked by how well the next one can be explained from where they lead. With
+    the ``steps`` that led to the paper from the flat sheet, one for each photo, the photo is explained from where all
+    photos before show its creases. Raises PhotoError if there is no such frame. Deterministic.
     """
+    if len(steps) == frame - 2 and steps:
+        known = refined(steps, observer)
+        if known.told:
+            plans = _proposed(known.paper, observer, frame, count)
+            carried = [(plan, carried_back(plan.actions, known, paper)) for plan in plans]
+            if any(back for _, back in carried):
+                return tuple(replace(plan, actions=back[0], paper=back[1]) for plan, back in carried if back)
+    return _proposed(paper, observer, frame, count)
+
+
+def _proposed(paper: Paper, observer: SequenceObserver, frame: int, count: int) -> tuple[Plan, ...]:
+    """:func:`propose` from the paper alone."""
     plans: Sequence[Plan] = explained(paper, observer, frame)
     tied = tied_plans(plans)
     if len(tied) > 1 and len(paper.faces) > 1:

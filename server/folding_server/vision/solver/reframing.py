@@ -56,6 +56,8 @@ CONTRADICTED = 0.3
 """Lines inside the paper that contradict the best plan so much decide where a crease is: of the
 right first plans of ten programs at level 4, seed 41, 84 of 100 have less (``evidence_collection.py``).
 """
+WHOLE_MOVES = ("none", "flip")
+"""Classes that are fitted and judged always: very many folds of a strip look nearly like each of them."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
@@ -176,7 +178,19 @@ def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> lis
             tried[estimate.index].action_class == "unfold" and tried[kept[twin].index].action_class == "fold"
         ):
             kept[twin] = estimate
-    return kept
+    return [*kept, *_whole_moves(found, tried, kept)]
+
+
+def _whole_moves(
+    found: Sequence[PoseEstimate], tried: Sequence[Hypothesis], kept: Sequence[PoseEstimate]
+) -> Iterator[PoseEstimate]:
+    """The best estimates of the whole moves that are not among those kept, if they are not far worse."""
+    for name in WHOLE_MOVES:
+        if all(tried[e.index].action_class != name for e in kept):
+            of_class = (e for e in found if tried[e.index].action_class == name)
+            best = next(of_class, None)
+            if best is not None and best.value >= found[0].value - FAR_WORSE:
+                yield best
 
 
 @dataclass(frozen=True)
@@ -197,7 +211,8 @@ class _Judge:
     def likely(self, tried: Sequence[Hypothesis]) -> list[PoseEstimate]:
         """The cameras under which the photo may show what hypotheses make of the paper, the most valuable first."""
         prior = [AGAINST[h.action_class] for h in tried]
-        found = estimates([h.stack for h in tried], self.view, self.before, prior)
+        whole = [i for i, h in enumerate(tried) if h.action_class in WHOLE_MOVES]
+        found = estimates([h.stack for h in tried], self.view, self.before, prior, whole)
         if self.observer.stands(self.frame):
             upright = upright_camera(self.observer.pose, self.view.frame)
             found = [e for e in found if only_moved(e.camera, upright)]
