@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from folding_schemas.actions import Actions
 from folding_schemas.results import CheckpointState, RunInfo
 
 from folding_server.errors import RunError
@@ -12,6 +13,9 @@ from folding_server.store.views import RunView
 
 if TYPE_CHECKING:
     from folding_server.mcp.context import AppContext
+
+SQUARE = (1.0, 1.0)
+"""The sheet of a run with photos."""
 
 
 def run_info(run: RunView) -> RunInfo:
@@ -67,6 +71,13 @@ def check_between(run: RunView, frame: int) -> None:
         raise RunError(
             f"The current state {where}, so it does not lead to frame {frame}; that needs {way} first."
         )
+
+
+def known_steps(run: RunView) -> tuple[Actions, ...]:
+    """The actions between each two saved photos that led from the unit square to the current state; none if more was done since, or
+    the sheet is no such square.
+    """
+    return () if run.pending or run.sheet != SQUARE else run.current_program().steps
 
 
 def next_step(run: RunView) -> str:

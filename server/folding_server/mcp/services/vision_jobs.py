@@ -15,7 +15,7 @@ from folding_server.mcp.services import presenters
 from folding_server.mcp.services.observer_cache import ObserverCache
 
 if TYPE_CHECKING:
-    from folding_schemas.actions import Program
+    from folding_schemas.actions import Actions, Program
     from folding_schemas.model_view import ModelView
 
     from folding_server.frames.image_files import EncodedImage
@@ -61,8 +61,16 @@ class SequencePlace:
         return photos
 
 
+@dataclass(frozen=True)
+class KnownState:
+    """The paper before a frame, and the ``steps`` that led to it from the flat sheet, one for each photo; none if that is not known."""
+
+    paper: "Paper"
+    steps: "tuple[Actions, ...]" = ()
+
+
 def propose_actions_for(
-    announce: "Announce", place: SequencePlace, paper: "Paper", frame: int, count: int
+    announce: "Announce", place: SequencePlace, known: KnownState, frame: int, count: int
 ) -> Proposals:
     """What may have been done to a paper before a frame, the likeliest first."""
     from folding_server.vision.photo_doubts import doubts_about  # noqa: PLC0415  (loads OpenCV)
@@ -71,7 +79,7 @@ def propose_actions_for(
     announce(SEEING)
     with observers().on(place.key, place.load) as observer:
         announce(f"explaining frame {frame}")
-        plans = propose(paper, observer, frame, max(count, RIVALS_LOOKED_AT))
+        plans = propose(known.paper, observer, frame, max(count, RIVALS_LOOKED_AT), known.steps)
         doubts = doubts_about(observer, frame, observer.outlines(frame))
     shown = presenters.proposals(plans[:count])
     sure = round(confidence(plans), 3) if plans else None

@@ -12,10 +12,9 @@ from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import READ_WHOLE, LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.long_calls import aside, compute_long
-from folding_server.mcp.services.run_status import check_between
-from folding_server.mcp.services.vision_jobs import SequencePlace, propose_actions_for
+from folding_server.mcp.services.run_status import check_between, known_steps
+from folding_server.mcp.services.vision_jobs import KnownState, SequencePlace, propose_actions_for
 from folding_server.mcp.tool_record import LOOKS, tool
-from folding_server.simulator import Paper
 
 Count = Annotated[
     int, Field(ge=1, le=10, description="how many proposals to give, from 1 to 10; left out, 3"), READ_WHOLE
@@ -27,20 +26,20 @@ async def propose_actions(
     ctx: ToolContext, frame: LaterFrame, count: Count = 3, run_id: RunId = None
 ) -> Annotated[CallToolResult, Proposals]:
     """Propose what happened before a frame."""
-    place, paper = await aside(_given, app_context(ctx), frame, run_id)
+    place, known = await aside(_given, app_context(ctx), frame, run_id)
     found = await compute_long(
-        ctx, "propose_actions", 2, propose_actions_for, place, paper, frame, count, place=place.key
+        ctx, "propose_actions", 2, propose_actions_for, place, known, frame, count, place=place.key
     )
     return call_tool_result(_in_words(found), found)
 
 
-def _given(app: AppContext, frame: int, run_id: str | None) -> tuple[SequencePlace, Paper]:
-    """The photos and the paper that a call means."""
+def _given(app: AppContext, frame: int, run_id: str | None) -> tuple[SequencePlace, KnownState]:
+    """The photos and the state that a call means."""
     run = app.run(run_id)
     photos = app.sequence(run)
     photos.require(frame)
     check_between(run, frame)
-    return SequencePlace.of(photos), app.paper(run)
+    return SequencePlace.of(photos), KnownState(app.paper(run), known_steps(run))
 
 
 def _in_words(found: Proposals) -> str:

@@ -40,9 +40,15 @@ def tied_plans(plans: Sequence[Plan]) -> list[Plan]:
         alike = alike and not plan.noted.own_camera
         if plan.score <= plans[0].score - tie or alike:
             continue
-        if not any(same_model(plan.paper, other.paper) for other in tied):
+        if not any(alike_for_later_photos(plan, other) for other in tied):
             tied.append(plan)
     return tied[:MOST_TIED]
+
+
+def alike_for_later_photos(plan: Plan, other: Plan) -> bool:
+    """Whether two plans lead to one model, which a camera of its own may see from any side."""
+    free = bool(plan.noted.own_camera and other.noted.own_camera)
+    return same_model(plan.paper, other.paper, turned=free)
 
 
 def behind(

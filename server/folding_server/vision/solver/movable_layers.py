@@ -42,10 +42,15 @@ _Part = tuple[int, Sequence[Point], bool]
 
 
 def is_thin(paper: Paper, moving: MovingSet) -> bool:
-    """Whether a fold turns nothing but a narrow strip."""
-    return (
-        max(moving.line.distance(p) for face in moving.faces for p in paper.polygon(face)) < NARROWEST_STRIP
+    """Whether a fold turns nothing but a narrow strip, or all but one."""
+    line = moving.line
+    turned = max(line.distance(p) for face in moving.faces for p in paper.polygon(face))
+    stays = max(
+        (abs(line.distance(p)) if face not in moving.faces else -line.distance(p))
+        for face in paper.faces
+        for p in paper.polygon(face)
     )
+    return min(turned, stays) < NARROWEST_STRIP
 
 
 class MovableLayers:

@@ -10,13 +10,12 @@ from folding_server.vision.any_camera import ANOTHER_BELOW, BETTER_BY
 from folding_server.vision.motion import movement
 from folding_server.vision.pose_estimation.estimate import PoseEstimate
 from folding_server.vision.seeing import SequenceObserver
-from folding_server.vision.solver.look_ahead import behind, tied_plans
+from folding_server.vision.solver.look_ahead import alike_for_later_photos, behind, tied_plans
 from folding_server.vision.solver.motion_evidence import contradiction, watched_places
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.refinement import Steps, carried_back, refined
 from folding_server.vision.solver.reframing import explain_reframed, known_camera
-from folding_server.vision.solver.same_model import same_model
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -74,7 +73,7 @@ def _proposed(paper: Paper, observer: SequenceObserver, frame: int, count: int) 
 def _lost(plan: Plan, tied: Sequence[Plan], lost: Sequence[float]) -> float:
     """What was lost by a plan, or by the tied one that leads to the same model; 0 if the next photos were not asked about it."""
     return next(
-        (loss for other, loss in zip(tied, lost, strict=True) if same_model(plan.paper, other.paper)), 0.0
+        (loss for other, loss in zip(tied, lost, strict=True) if alike_for_later_photos(plan, other)), 0.0
     )
 
 

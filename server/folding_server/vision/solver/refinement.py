@@ -6,7 +6,7 @@ every photo, are fitted to all photos at once; where the photos tell that they l
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import dist, inf
 
 import numpy as np
@@ -112,8 +112,10 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     bundle = Bundle(
         tuple(s for s in scenes if s is not None), tuple(c for c in cameras if c is not None), first
     )
-    best = adjusted(shown, bundle, start)
     unmoved = adjusted(shown, bundle, np.zeros_like(start), only_cameras=True)
+    best = adjusted(shown, bundle, start)
+    if best.cost > unmoved.cost:
+        best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), unmoved.offsets)
     freedom = (INDEPENDENT_POINTS - 6) * len(seen)
     gain = (unmoved.cost - best.cost) / len(start) / max(best.cost / freedom, 1e-9)
     found = dict(zip(seen, best.cameras, strict=True))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
 
-from folding_schemas.actions import Rotate
+from folding_schemas.actions import Flip, Rotate
 
 from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
@@ -58,12 +58,21 @@ right first plans of ten programs at level 4, seed 41, 84 of 100 have less (``ev
 """
 WHOLE_MOVES = ("none", "flip")
 """Classes that are fitted and judged always: very many folds of a strip look nearly like each of them."""
+DENIED = 0.6
+"""Lines inside the paper that contradict the best plan so much say that something else happened."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
 """How far a fitted camera may be wrong: by 0.8 % of the size where that was looked up."""
 LEAST_TURN = 20.0
 """Degrees by which the model must be turned in the photo, by a round angle, for people to call it a rotation."""
+FLIPS = {
+    1: (Flip(axis="y=-x"), 90.0),
+    -1: (Flip(axis="y=x"), -90.0),
+    2: (Flip(axis="x"), 180.0),
+    -2: (Flip(axis="x"), -180.0),
+}
+"""By how many quarters a model that was flipped about the y axis seems turned: the flip that is simpler, and that turn in degrees."""
 WITHOUT_PHOTO: dict[str, Evidence] = {
     "none": Evidence(nothing_happened=1),
     "flip": Evidence(flips=1),
@@ -105,13 +114,19 @@ def explain_reframed(
         plans += new
         if likeliest is None or best.value > likeliest[1].value:
             likeliest = judge, best
-        if max((p.agreement for p in plans), default=0.0) >= COMPOUND_BELOW:
+        if _enough(plans):
             break
     else:
         if further and likeliest is not None:
             judge, best = likeliest
             plans += judge.searched(best)
     return _against_nothing(plans, paper)
+
+
+def _enough(plans: Sequence[Plan]) -> bool:
+    """Whether the best plan explains so much that nothing further need be tried, and lines inside the paper do not deny it."""
+    best = max(plans, key=lambda plan: plan.score, default=None)
+    return best is not None and best.agreement >= COMPOUND_BELOW and best.noted.inner_lines < DENIED
 
 
 def _against_nothing(plans: Sequence[Plan], paper: Paper) -> list[Plan]:
@@ -261,6 +276,8 @@ class _Judge:
             yield plan
             if hypothesis.action_class == "none":
                 yield from self._turned(plan, estimate, views)
+            if hypothesis.action_class == "flip":
+                yield from self._flipped_otherwise(plan, estimate, views)
 
     def refined(self, hypothesis: Hypothesis, estimate: PoseEstimate) -> Iterator[Plan]:
         """Folds along lines near that of a hypothesis: found together with the camera, then below the pixel under it."""
@@ -309,10 +326,7 @@ class _Judge:
 
     def _turned(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
         """Nothing but a turn against the photo before, if people would call it a rotation."""
-        if self.known is None:
-            return
-        angle = degrees(self.known.camera.roll - estimate.camera.roll)
-        angle = (angle + 180) % 360 - 180
+        angle = self._angle(estimate)
         step, reach = ROUND_TURNS
         nearest = round(angle / step) * step
         if abs(angle) < LEAST_TURN:
@@ -330,6 +344,27 @@ class _Judge:
             explanation=PLAN_WORDS["rotate"],
         ).noting(roll=roll_evidence(angle - action.angle))
         yield measured(turned, views, start)
+
+    def _angle(self, estimate: PoseEstimate) -> float:
+        """How far a camera sees the model turned against the photo before, in degrees from -180 to 180; 0 if that is not known."""
+        if self.known is None:
+            return 0.0
+        return (degrees(self.known.camera.roll - estimate.camera.roll) + 180) % 360 - 180
+
+    def _flipped_otherwise(self, plan: Plan, estimate: PoseEstimate, views: Views) -> Iterator[Plan]:
+        """The model flipped about the axis by which the photo shows it turned least, if that is not the y axis."""
+        angle = self._angle(estimate)
+        about = FLIPS.get(round(angle / 90))
+        if about is None:
+            return
+        action, turned = about
+        after = apply(self.paper, action)
+        stack = face_stack(after)
+        start = centered(stack, views.coarse, turn(-turned, stack.center))
+        flipped = replace(plan, actions=(action,), paper=after, motion=start).noting(
+            roll=roll_evidence(angle - turned)
+        )
+        yield measured(flipped, views, start)
 
     def searched(self, estimate: PoseEstimate) -> Iterator[Plan]:
         """Plans found under the camera of the best hypothesis, and the best of them under its own."""

@@ -1,5 +1,9 @@
 """Whether two folded papers are one model, wherever it lies and whatever its faces are called: no later photo tells them apart."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, pi, sin
+
 import numpy as np
 
 from folding_server.arrays import Floats
@@ -8,37 +12,66 @@ from folding_server.simulator.paper import Paper
 
 NEARLY_SAME = 0.01
 """Corners that are nearer to each other, in sheet units, are the same: half of what a result may be off to count as exact."""
+NEARLY_SAME_REFRAMED = 0.02
+"""The same under a camera of its own, which shows no crease more precisely: all that counts as exact."""
+TURNS = [np.array([[cos(a), -sin(a)], [sin(a), cos(a)]]) for a in (k * pi / 4 for k in range(8))]
+"""By multiples of 45 degrees, the first by none."""
 
 
-def same_model(first: Paper, second: Paper) -> bool:
-    """Whether each face of one lies as one of the other does: the same corners, the same side up, as many layers below."""
+@dataclass(frozen=True)
+class _Face:
+    """A face's corners (n, 2) about the middle of the model, whether its back is up, and how many faces lie below its middle."""
+
+    outline: Floats
+    back: bool
+    below: int
+
+    @property
+    def kind(self) -> tuple[bool, int]:
+        """What no turn changes: side and layers below. The number of corners says nothing: two may be a hair apart."""
+        return self.back, self.below
+
+
+def same_model(first: Paper, second: Paper, *, turned: bool = False) -> bool:
+    """Whether each face of one lies as one of the other does: the same corners, the same side up, as many layers below. A model that
+    is ``turned`` by multiples of 45 degrees is the same to a camera that may be anywhere.
+    """
     if len(first.faces) != len(second.faces):
         return False
-    others = _lying(second)
-    for outline, back, below in _lying(first):
+    near = NEARLY_SAME_REFRAMED if turned else NEARLY_SAME
+    faces, others = _lying(first), _lying(second)
+    if sorted(face.kind for face in faces) != sorted(face.kind for face in others):
+        return False
+    return any(_alike(faces, others, turn, near) for turn in (TURNS if turned else TURNS[:1]))
+
+
+def _alike(faces: Sequence[_Face], others: Sequence[_Face], turn: Floats, near: float) -> bool:
+    """Whether each face has its twin, its corners that ``near``, among the others once it is turned by a matrix (2, 2)."""
+    left = list(others)
+    for face in faces:
+        outline = face.outline @ turn.T
         twin = next(
             (
                 i
-                for i, (other, other_back, other_below) in enumerate(others)
-                if (back, below, len(outline)) == (other_back, other_below, len(other))
-                and hausdorff_distance(outline, other) < NEARLY_SAME
+                for i, other in enumerate(left)
+                if face.kind == other.kind and hausdorff_distance(outline, other.outline) < near
             ),
             None,
         )
         if twin is None:
             return False
-        del others[twin]
+        del left[twin]
     return True
 
 
-def _lying(paper: Paper) -> list[tuple[Floats, bool, int]]:
-    """Each face's corners (n, 2) about the middle of the model, whether its back is up, and how many faces lie below its middle."""
-    corners = np.array(list(paper.folded_vertices_coords.values()))
-    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    outlines = [np.array(paper.polygon(face)) - middle for face in paper.order]
+def _lying(paper: Paper) -> list[_Face]:
+    """The faces about the mean of their corners, bottom to top."""
+    corners = [np.array(paper.polygon(face)) for face in paper.order]
+    middle = np.concatenate(corners).mean(axis=0)
+    outlines = [corners_of - middle for corners_of in corners]
     middles = [outline.mean(axis=0) for outline in outlines]
     return [
-        (outline, paper.back_up(face), sum(_covers(other, middles[rank]) for other in outlines[:rank]))
+        _Face(outline, paper.back_up(face), sum(_covers(other, middles[rank]) for other in outlines[:rank]))
         for rank, (face, outline) in enumerate(zip(paper.order, outlines, strict=True))
     ]
 
