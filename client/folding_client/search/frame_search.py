@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from folding_schemas.actions import Actions
-from folding_schemas.results import Comparison, Proposals, RunInfo
+from folding_schemas.results import Comparison, CreaseRefinement, Proposals, RunInfo
 from pydantic import ValidationError
 
 from folding_client.interrupts import StepHopeless
@@ -84,8 +84,8 @@ class FrameSearch:
         match self._step.phase:
             case "locating":
                 return self.start(RunInfo.model_validate(results[0].data))
-            case "clearing":
-                return self._follow_plan()
+            case "clearing" | "retrying" | "replanning" | "moving":
+                return self._gone_back()
             case "proposing":
                 return self._proposed(results[0])
             case "trying":
@@ -93,15 +93,23 @@ class FrameSearch:
             case "judging":
                 verdict = None if results[0].is_error else (results[0].data or {}).get("critic_verdict")
                 return self._concluded(matches=verdict == "MATCH")
+            case "refining":
+                return self._refined(results[0])
+            case "saving" | "leaving":
+                self._ended()
+                return None
+
+    def _gone_back(self) -> Calls | None:
+        """The next calls at the checkpoint that was gone back to."""
+        match self._step.phase:
+            case "clearing":
+                return self._follow_plan()
             case "retrying":
                 return self._try(self._candidates[0])
             case "replanning":
                 return self._explain()
-            case "moving":
+            case _:
                 return self.begin()
-            case "saving" | "leaving":
-                self._ended()
-                return None
 
     @property
     def _step(self) -> FrameStep:
@@ -263,11 +271,33 @@ class FrameSearch:
         self._step.phase = phase
         return [("restore_checkpoint", {"frame": frame})]
 
+    def _refined(self, answer: ToolResult) -> Calls:
+        """Go back for the steps whose creases all photos together show elsewhere; save what was tried if there are none."""
+        self.state.refined = True
+        step, trial, found = self._step, self.state.trials[-1], _refinement(answer)
+        if found is None or not found.told or len(found.steps) != step.frame - 1:
+            return self._save_trial(trial)
+        *before, last = (tuple(actions) for actions in found.steps)
+        there = trial.model_copy(update={"lineage": tuple(before), "actions": last})
+        checkpoint, plan = way_to(there, step.run)
+        if (
+            checkpoint < step.run.locked_to
+            or step.run.attempts_used.get(checkpoint + 1, 0) >= step.run.budget
+        ):
+            return self._save_trial(trial)
+        self.state.plan = plan
+        return self._restore(checkpoint, "moving")
+
     def _save_trial(self, trial: Trial) -> Calls:
-        """Save what was tried; until that is done it is planned, lest it be forgotten if the run ends here."""
+        """Save what was tried; until that is done it is planned, lest it be forgotten if the run ends here. Before the last frame is
+        saved, it is asked where all photos together show the creases.
+        """
         self.state.plan[trial.frame] = Planned(
             frame=trial.frame, lineage=trial.lineage, actions=trial.actions
         )
+        if trial.frame == self._step.run.frames and not self.state.refined and not self._options.tries_clear:
+            self._step.phase = "refining"
+            return [("refine_creases", {"frame": trial.frame})]
         verdict = "a match" if trial.matches else "not a match, the best of what was tried"
         return self._save(f"agreement {trial.agreement:.4f}, {verdict}")
 
@@ -280,6 +310,13 @@ class FrameSearch:
 def _proposals(answer: ToolResult) -> Proposals | None:
     try:
         return None if answer.is_error else Proposals.model_validate(answer.data)
+    except ValidationError:
+        return None
+
+
+def _refinement(answer: ToolResult) -> CreaseRefinement | None:
+    try:
+        return None if answer.is_error else CreaseRefinement.model_validate(answer.data)
     except ValidationError:
         return None
 

@@ -18,6 +18,7 @@ Phase = Literal[
     "retrying",
     "replanning",
     "moving",
+    "refining",
     "saving",
     "leaving",
 ]
@@ -31,6 +32,7 @@ judging     ask the critic about a match
 retrying    go back for the next candidate
 replanning  go back since what was planned could not be carried out
 moving      go back to an earlier checkpoint
+refining    ask, once all is explained, where all photos together show the creases
 saving      save the frame
 leaving     go back and give the frame up
 """
@@ -101,7 +103,7 @@ class FrameStep(BaseModel):
 
 class SearchState(BaseModel):
     """All that a search has to remember: proposals, trials, the plan by frame, how often each frame sent it back,
-    the last refusal in the server's words, and the step under way. ``queries`` counts the replies that were made.
+    the last refusal in the server's words, whether the creases were ``refined``, and the step under way. ``queries`` counts the replies that were made.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -113,6 +115,7 @@ class SearchState(BaseModel):
     plan: dict[int, Planned] = {}
     backtracks: dict[int, int] = {}
     refusal: str = ""
+    refined: bool = False
     step: FrameStep | None = None
 
     def proposals_for(self, frame: int, lineage: Lineage) -> Proposed | None:

@@ -47,6 +47,7 @@ RECORDS: tuple[ToolRecord, ...] = (
     verification.compare_to_frame,
     verification.check_foldability,
     vision.propose_actions,
+    vision.refine_creases,
     interchange.export_state,
     instructions.get_instructions,
     instructions.try_program,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from folding_schemas.foldability_results import Foldability
-from folding_schemas.results import Comparison, Proposals
+from folding_schemas.results import Comparison, CreaseRefinement, Proposals
 from folding_schemas.state_measures import StateMeasures
 
 from folding_server.errors import PhotoError
@@ -85,6 +85,25 @@ def propose_actions_for(
     sure = round(confidence(plans), 3) if plans else None
     clear = clearly_best(plans) and not doubts.spoils
     return Proposals(frame=frame, proposals=shown, confident=clear, confidence=sure, warnings=doubts.words)
+
+
+def refine_creases_for(
+    announce: "Announce", place: SequencePlace, steps: "tuple[Actions, ...]"
+) -> CreaseRefinement:
+    """The steps with their creases where all photos show them."""
+    from folding_server.vision.solver import refined  # noqa: PLC0415  (loads OpenCV)
+
+    announce(SEEING)
+    with observers().on(place.key, place.load) as observer:
+        announce("fitting the creases to all photos")
+        found = refined(steps, observer)
+    return CreaseRefinement(
+        frame=len(steps) + 1,
+        told=found.told,
+        moved=round(found.moved, 4),
+        gain=round(found.gain, 1),
+        steps=[list(step) for step in (found.steps if found.told else steps)],
+    )
 
 
 def compare_paper(

@@ -12,8 +12,9 @@ from folding_server.simulator.paper import Paper
 
 NEARLY_SAME = 0.01
 """Corners that are nearer to each other, in sheet units, are the same: half of what a result may be off to count as exact."""
-NEARLY_SAME_REFRAMED = 0.02
-"""The same under a camera of its own, which shows no crease more precisely: all that counts as exact."""
+NEARLY_SAME_REFRAMED = 0.03
+"""The same under a camera of its own, which shows no crease more precisely than to half of it; creases that near are put right by
+later photos."""
 TURNS = [np.array([[cos(a), -sin(a)], [sin(a), cos(a)]]) for a in (k * pi / 4 for k in range(8))]
 """By multiples of 45 degrees, the first by none."""
 
