@@ -122,15 +122,16 @@ def estimates(
 
 
 def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequence[int]) -> list[AffineMatch]:
-    """The FITTED best matches of all shapes, and the best of each of the ``always``-th besides."""
-    found: list[AffineMatch] = []
-    for indices, most, each in ((range(len(shapes)), FITTED, WAYS), (always, len(always), 1)):
+    """The FITTED best matches of all shapes, and the best of each of the ``always``-th that is not among them."""
+
+    def matched(indices: Sequence[int], most: int, each: int) -> list[AffineMatch]:
         shaped = [(i, shape) for i in indices if (shape := shapes[i]) is not None]
-        for match in affine_matches(seen, [shape for _, shape in shaped], most, each):
-            own = replace(match, index=shaped[match.index][0])
-            if all(own.index != other.index or own.agreement != other.agreement for other in found):
-                found.append(own)
-    return found
+        found = affine_matches(seen, [shape for _, shape in shaped], most, each)
+        return [replace(match, index=shaped[match.index][0]) for match in found]
+
+    best = matched(range(len(shapes)), FITTED, WAYS)
+    missing = [i for i in always if all(match.index != i for match in best)]
+    return [*best, *matched(missing, len(missing), 1)]
 
 
 _Begun = tuple[AffineMatch, Fitted]

@@ -23,6 +23,7 @@ TURNS = [np.array([[cos(a), -sin(a)], [sin(a), cos(a)]]) for a in (k * pi / 4 fo
 class _Face:
     """A face's corners (n, 2) about the middle of the model, whether its back is up, and how many faces lie below its middle."""
 
+    number: int
     outline: Floats
     back: bool
     below: int
@@ -34,8 +35,8 @@ class _Face:
 
 
 def same_model(first: Paper, second: Paper, *, turned: bool = False) -> bool:
-    """Whether each face of one lies as one of the other does: the same corners, the same side up, as many layers below. A model that
-    is ``turned`` by multiples of 45 degrees is the same to a camera that may be anywhere.
+    """Whether each face of one lies as one of the other does: the same corners, the same side up, as many layers below, joined to the
+    same others. A model that is ``turned`` by multiples of 45 degrees is the same to a camera that may be anywhere.
     """
     if len(first.faces) != len(second.faces):
         return False
@@ -43,12 +44,24 @@ def same_model(first: Paper, second: Paper, *, turned: bool = False) -> bool:
     faces, others = _lying(first), _lying(second)
     if sorted(face.kind for face in faces) != sorted(face.kind for face in others):
         return False
-    return any(_alike(faces, others, turn, near) for turn in (TURNS if turned else TURNS[:1]))
+    joined, others_joined = _joined(first), _joined(second)
+    return any(
+        twins is not None and {frozenset(twins[face] for face in pair) for pair in joined} == others_joined
+        for turn in (TURNS if turned else TURNS[:1])
+        for twins in [_twins(faces, others, turn, near)]
+    )
 
 
-def _alike(faces: Sequence[_Face], others: Sequence[_Face], turn: Floats, near: float) -> bool:
-    """Whether each face has its twin, its corners that ``near``, among the others once it is turned by a matrix (2, 2)."""
-    left = list(others)
+def _joined(paper: Paper) -> set[frozenset[int]]:
+    """The pairs of faces that a crease joins."""
+    return {frozenset(pair) for pair in paper.edge_faces.values() if len(pair) == 2}
+
+
+def _twins(
+    faces: Sequence[_Face], others: Sequence[_Face], turn: Floats, near: float
+) -> dict[int, int] | None:
+    """For each face its twin among the others, its corners that ``near`` once it is turned by a matrix (2, 2); None if one has none."""
+    left, twins = list(others), dict[int, int]()
     for face in faces:
         outline = face.outline @ turn.T
         twin = next(
@@ -60,9 +73,9 @@ def _alike(faces: Sequence[_Face], others: Sequence[_Face], turn: Floats, near: 
             None,
         )
         if twin is None:
-            return False
-        del left[twin]
-    return True
+            return None
+        twins[face.number] = left.pop(twin).number
+    return twins
 
 
 def _lying(paper: Paper) -> list[_Face]:
@@ -72,7 +85,12 @@ def _lying(paper: Paper) -> list[_Face]:
     outlines = [corners_of - middle for corners_of in corners]
     middles = [outline.mean(axis=0) for outline in outlines]
     return [
-        _Face(outline, paper.back_up(face), sum(_covers(other, middles[rank]) for other in outlines[:rank]))
+        _Face(
+            face,
+            outline,
+            paper.back_up(face),
+            sum(_covers(other, middles[rank]) for other in outlines[:rank]),
+        )
         for rank, (face, outline) in enumerate(zip(paper.order, outlines, strict=True))
     ]
 
