@@ -21,7 +21,7 @@ from folding_client.search.search_file import read_search, write_search
 from folding_client.search.search_state import SearchState, Trial
 from folding_client.settings import Settings
 from folding_schemas.actions import Program, Rotate
-from folding_schemas.results import Comparison, Proposal, Proposals, RunInfo
+from folding_schemas.results import Comparison, CreaseRefinement, Proposal, Proposals, RunInfo
 from paths import ROOT
 
 Angles = tuple[float, ...]
@@ -124,11 +124,13 @@ class World:
     """Tools over a run in which a state is the list of angles it was turned by.
 
     ``proposals`` gives by frame the angles on offer with the agreement foreseen; ``agreement`` what a
-    comparison finds, by the frame and all angles so far, 0.5 if it is not listed.
+    comparison finds, by the frame and all angles so far, 0.5 if it is not listed; ``elsewhere`` what all photos together tell
+    of an angle that was found.
     """
 
     proposals: dict[int, list[tuple[float, float]]]
     agreement: dict[tuple[int, Angles], float]
+    elsewhere: dict[float, float] = field(default_factory=dict)
     steps: list[Angles] = field(default_factory=list)
     pending: Angles = ()
     base: int = 0
@@ -194,6 +196,18 @@ class World:
             outline_distance=0,
             shift=(0, 0, 0),
             discrepancies=[],
+        ).model_dump(mode="json")
+
+    def refine_creases(self, frame: int) -> dict[str, Any]:
+        """Each step as all photos show it."""
+        done = [*self.steps[: self.base - 1], self.pending]
+        found = [tuple(self.elsewhere.get(angle, angle) for angle in step) for step in done]
+        return CreaseRefinement(
+            frame=frame,
+            told=found != done,
+            moved=0.01,
+            gain=20.0,
+            steps=[[Rotate(angle=angle) for angle in step] for step in found],
         ).model_dump(mode="json")
 
     def save_checkpoint(self, frame: int, notes: str = "") -> dict[str, Any]:
@@ -285,6 +299,23 @@ SETTLED = World(
     },
 )
 """A world in which the search settles for the third try, whatever comes after it."""
+REFINED = World(
+    {2: [(10, 0.99)], 3: [(30, 0.99)]},
+    {(2, (10,)): 0.98, (3, (10, 30)): 0.98, (2, (12,)): 0.99, (3, (12, 33)): 0.99},
+    {10: 12, 30: 33},
+)
+"""A world in which all photos together tell that both steps were a little otherwise."""
+
+
+def test_steps_are_done_again_as_all_photos_show_them_once() -> None:
+    world = deepcopy(REFINED)
+    assert asyncio.run(solve(world, GeometricModel())) == [(12,), (33,)]
+    assert world.used == {2: 2, 3: 2}
+
+
+def test_steps_for_which_no_attempt_is_left_stay_as_they_are() -> None:
+    world = replace(deepcopy(REFINED), budget=1)
+    assert asyncio.run(solve(world, GeometricModel())) == [(10,), (30,)]
 
 
 def kept(state: SearchState) -> SearchState:
@@ -306,8 +337,8 @@ def test_a_search_state_is_plain_data_that_comes_back_as_it_was() -> None:
 @pytest.mark.parametrize("answered", [False, True], ids=["before its calls are made", "after they are made"])
 @pytest.mark.parametrize(
     ("begun", "steps"),
-    [(SENT_BACK, [(10,), (35,)]), (SETTLED, [(25,), (30,)])],
-    ids=["sent back", "settled"],
+    [(SENT_BACK, [(10,), (35,)]), (SETTLED, [(25,), (30,)]), (REFINED, [(12,), (33,)])],
+    ids=["sent back", "settled", "refined"],
 )
 def test_a_search_killed_after_any_reply_goes_on_to_the_same_program(
     begun: World, steps: list[Angles], answered: bool

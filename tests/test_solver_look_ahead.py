@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal
 
 from folding_schemas.actions import AddVertex, Flip, Fold, Rotate
 from folding_server.geometry.isometry import IDENTITY
@@ -86,6 +87,22 @@ def test_one_model_under_other_names_is_the_same_and_one_with_other_layers_is_no
     assert same_model(apply(apply(first, Flip(axis="x")), Rotate(angle=180)), apply(first, Flip(axis="y")))
     assert not same_model(apply(first, Flip(axis="x")), first)
     assert not same_model(first, other)
+
+
+def halved(direction: Literal[1, -1]) -> Paper:
+    """A triangle, halved by folding one of its ends on the other."""
+    triangle = apply(new_paper(), Fold(edge=(1, 3), direction=-1))
+    return apply(
+        apply(triangle, AddVertex(edge=(1, 3), position=0.5)), Fold(edge=(5, 2), direction=direction)
+    )
+
+
+def test_a_free_camera_sees_one_model_from_any_side_but_other_joints_are_another_model() -> None:
+    one, other = halved(1), halved(-1)
+    turned = apply(one, Rotate(angle=90))
+    assert not same_model(one, turned)
+    assert same_model(one, turned, turned=True)
+    assert not same_model(one, other, turned=True)
 
 
 def test_a_hidden_fold_is_looked_ahead_from_only_where_nothing_seems_to_have_happened() -> None:

@@ -14,7 +14,7 @@ from folding_server.store.views import RunView
 if TYPE_CHECKING:
     from folding_server.mcp.context import AppContext
 
-SQUARE = (1.0, 1.0)
+UNIT_SQUARE = (1.0, 1.0)
 """The sheet of a run with photos."""
 
 
@@ -77,7 +77,7 @@ def known_steps(run: RunView) -> tuple[Actions, ...]:
     """The actions between each two saved photos that led from the unit square to the current state; none if more was done since, or
     the sheet is no such square.
     """
-    return () if run.pending or run.sheet != SQUARE else run.current_program().steps
+    return () if run.pending or run.sheet != UNIT_SQUARE else run.current_program().steps
 
 
 def next_step(run: RunView) -> str:

@@ -13,7 +13,7 @@ from folding_server.mcp.context import AppContext, ToolContext, app_context
 from folding_server.mcp.parameters import READ_WHOLE, LaterFrame, RunId
 from folding_server.mcp.results import call_tool_result
 from folding_server.mcp.services.long_calls import aside, compute_long
-from folding_server.mcp.services.run_status import SQUARE, check_between, known_steps
+from folding_server.mcp.services.run_status import UNIT_SQUARE, check_between, known_steps
 from folding_server.mcp.services.vision_jobs import (
     KnownState,
     SequencePlace,
@@ -54,7 +54,7 @@ def _made(app: AppContext, frame: int, run_id: str | None) -> tuple[SequencePlac
     run = app.run(run_id)
     photos = app.sequence(run)
     photos.require(frame)
-    if run.sheet != SQUARE:
+    if run.sheet != UNIT_SQUARE:
         raise RunError(
             f"The sheet of run {run.run_id} is {run.sheet[0]} by {run.sheet[1]}; creases are refined on a square."
         )

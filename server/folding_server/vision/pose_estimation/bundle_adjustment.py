@@ -33,22 +33,22 @@ INDEPENDENT_POINTS = 40
 """Points of all borders of a photo whose errors count as independent: neighbouring ones err together."""
 OFFSET_ERROR = 0.008
 """Standard deviation, in sheet units, of how far a crease lies beside where it was taken to be."""
-REACHES = (0.03, 0.02, 0.02, 0.015, 0.015)
+ADJUSTED_REACHES = (0.03, 0.02, 0.02, 0.015, 0.015)
 """How far, in shares of the paper's extent, points look along their normals in each round."""
-SLOPE_STEP = 0.004
+OFFSET_STEP = 0.004
 """Sheet units by which an offset is changed for its slope: half a pixel or more of a photo, little enough to be straight."""
-STEEPEST = 8.0
+STEEPEST_SLOPE = 8.0
 """A border moves by at most so many times what an offset does: where more is seen, it was another border."""
 LARGEST_CHANGE = 0.01
 """Change of an offset in one round, in sheet units, at most."""
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Parts of a change of the offsets that are tried, until the photos are explained better."""
-SETTLED = 0.05
+COST_SETTLED = 0.05
 """Change of the sum of squares below which another round as far moves nothing: a fortieth of what one more unknown must explain."""
 FAR = 3.0
 """The part of its reach at which a point counts half (Geman and McClure's loss), inverted."""
 
-Folded = Callable[[Floats], Sequence[FaceStack] | None]
+FoldedStacks = Callable[[Floats], Sequence[FaceStack] | None]
 """The stack that each photo shows, its creases moved by offsets (m,) in sheet units; None if that cannot be folded."""
 
 
@@ -72,14 +72,16 @@ class Adjustment:
     cost: float
 
 
-def adjusted(folded: Folded, bundle: Bundle, start: Floats, *, only_cameras: bool = False) -> Adjustment:
+def adjusted(
+    folded: FoldedStacks, bundle: Bundle, start: Floats, *, only_cameras: bool = False
+) -> Adjustment:
     """The offsets and cameras near a first guess under which all photos show the borders of the model where they are. The start if
     it cannot be folded.
     """
     photos = [_Photo(scene) for scene in bundle.scenes]
     found, stacks = Adjustment(np.asarray(start, np.float64), bundle.cameras, np.inf), folded(start)
     settled = inf
-    for reach in REACHES:
+    for reach in ADJUSTED_REACHES:
         if stacks is None or reach >= settled:
             continue
         moved = [] if only_cameras else _moved(folded, found.offsets)
@@ -92,12 +94,14 @@ def adjusted(folded: Folded, bundle: Bundle, start: Floats, *, only_cameras: boo
         for share in SHARES:
             tried = _stepped(found, equations, share * change, only_cameras=only_cameras)
             tried_stacks = folded(tried.offsets)
-            if tried_stacks is not None and _cost(photos, tried_stacks, tried, reach) < least - SETTLED:
+            if tried_stacks is not None and _cost(photos, tried_stacks, tried, reach) < least - COST_SETTLED:
                 found, stacks = tried, tried_stacks
                 break
         else:
             settled = reach
-    return found if stacks is None else replace(found, cost=_cost(photos, stacks, found, REACHES[-1]))
+    return (
+        found if stacks is None else replace(found, cost=_cost(photos, stacks, found, ADJUSTED_REACHES[-1]))
+    )
 
 
 def _cost(photos: Sequence["_Photo"], stacks: Sequence[FaceStack], at: Adjustment, reach: float) -> float:
@@ -110,11 +114,11 @@ _Moved = list[tuple[Sequence[FaceStack], float] | None]
 """For each offset the stacks with it changed, and by how much; None if they cannot be folded so."""
 
 
-def _moved(folded: Folded, offsets: Floats) -> _Moved:
+def _moved(folded: FoldedStacks, offsets: Floats) -> _Moved:
     """The stacks with each offset changed a little."""
     moved: _Moved = []
     for k in range(len(offsets)):
-        for step in (SLOPE_STEP, -SLOPE_STEP):
+        for step in (OFFSET_STEP, -OFFSET_STEP):
             changed = offsets.copy()
             changed[k] += step
             stacks = folded(changed)
@@ -179,7 +183,7 @@ class _Photo:
         matches = self.matches(stacks[index], camera, reach)
         if matches is None:
             return None
-        steepest = STEEPEST * np.exp(camera.size)
+        steepest = STEEPEST_SLOPE * np.exp(camera.size)
         slopes = np.zeros((len(matches.ways), len(moved)))
         for k, changed in enumerate(moved):
             if changed is not None and first_shown[k] <= index:

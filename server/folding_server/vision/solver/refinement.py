@@ -28,7 +28,7 @@ SIGNIFICANT = 5.0
 """How many times the variance that is left each offset must explain."""
 WORTH_MOVING = 0.006
 """How far a vertex of the sheet must come to lie elsewhere, in sheet units."""
-REMEMBERED = 40
+REFINEMENTS_KEPT = 40
 """Refinements kept: those of the steps before are begun from."""
 
 
@@ -83,7 +83,7 @@ def _fitted(steps: Steps, observer: SequenceObserver) -> _Fit:
     fit = known[steps[:begun]] if begun else _Fit((), (), (), _unrefined((), MovableVertices(())))
     for count in range(begun + 1, len(steps) + 1):
         fit = _further(fit, steps[:count], observer)
-        while len(known) >= REMEMBERED:
+        while len(known) >= REFINEMENTS_KEPT:
             known.pop(next(iter(known)))
         known[steps[:count]] = fit
     return fit

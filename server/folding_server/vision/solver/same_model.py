@@ -15,7 +15,7 @@ NEARLY_SAME = 0.01
 NEARLY_SAME_REFRAMED = 0.03
 """The same under a camera of its own, which shows no crease more precisely than to half of it; creases that near are put right by
 later photos."""
-TURNS = [np.array([[cos(a), -sin(a)], [sin(a), cos(a)]]) for a in (k * pi / 4 for k in range(8))]
+EIGHTH_TURNS = [np.array([[cos(a), -sin(a)], [sin(a), cos(a)]]) for a in (k * pi / 4 for k in range(8))]
 """By multiples of 45 degrees, the first by none."""
 
 
@@ -34,6 +34,38 @@ class _Face:
         return self.back, self.below
 
 
+@dataclass(frozen=True)
+class _Model:
+    """The faces of a paper, bottom to top, and for each two that a crease joins its middle; about the mean of all corners."""
+
+    faces: tuple[_Face, ...]
+    joints: dict[frozenset[int], Floats]
+
+    @classmethod
+    def of(cls, paper: Paper) -> "_Model":
+        """What is compared of a paper."""
+        corners = [np.array(paper.polygon(face)) for face in paper.order]
+        middle = np.concatenate(corners).mean(axis=0)
+        outlines = [corners_of - middle for corners_of in corners]
+        middles = [outline.mean(axis=0) for outline in outlines]
+        faces = tuple(
+            _Face(
+                face,
+                outline,
+                paper.back_up(face),
+                sum(_covers(other, middles[rank]) for other in outlines[:rank]),
+            )
+            for rank, (face, outline) in enumerate(zip(paper.order, outlines, strict=True))
+        )
+        lie = paper.folded_vertices_coords
+        joints = {
+            frozenset(pair): (np.array(lie[u]) + lie[v]) / 2 - middle
+            for (u, v), pair in paper.edge_faces.items()
+            if len(pair) == 2
+        }
+        return cls(faces, joints)
+
+
 def same_model(first: Paper, second: Paper, *, turned: bool = False) -> bool:
     """Whether each face of one lies as one of the other does: the same corners, the same side up, as many layers below, joined to the
     same others. A model that is ``turned`` by multiples of 45 degrees is the same to a camera that may be anywhere.
@@ -41,20 +73,21 @@ def same_model(first: Paper, second: Paper, *, turned: bool = False) -> bool:
     if len(first.faces) != len(second.faces):
         return False
     near = NEARLY_SAME_REFRAMED if turned else NEARLY_SAME
-    faces, others = _lying(first), _lying(second)
-    if sorted(face.kind for face in faces) != sorted(face.kind for face in others):
+    one, other = _Model.of(first), _Model.of(second)
+    if sorted(face.kind for face in one.faces) != sorted(face.kind for face in other.faces):
         return False
-    joined, others_joined = _joined(first), _joined(second)
-    return any(
-        twins is not None and {frozenset(twins[face] for face in pair) for pair in joined} == others_joined
-        for turn in (TURNS if turned else TURNS[:1])
-        for twins in [_twins(faces, others, turn, near)]
+    return any(_alike(one, other, turn, near) for turn in (EIGHTH_TURNS if turned else EIGHTH_TURNS[:1]))
+
+
+def _alike(one: _Model, other: _Model, turn: Floats, near: float) -> bool:
+    """Whether one model, turned by a matrix (2, 2), is the other: each face has its twin, joined to the same others at the same places."""
+    twins = _twins(one.faces, other.faces, turn, near)
+    if twins is None:
+        return False
+    places = {frozenset(twins[face] for face in pair): turn @ place for pair, place in one.joints.items()}
+    return places.keys() == other.joints.keys() and all(
+        float(np.linalg.norm(place - other.joints[pair])) < near for pair, place in places.items()
     )
-
-
-def _joined(paper: Paper) -> set[frozenset[int]]:
-    """The pairs of faces that a crease joins."""
-    return {frozenset(pair) for pair in paper.edge_faces.values() if len(pair) == 2}
 
 
 def _twins(
@@ -76,23 +109,6 @@ def _twins(
             return None
         twins[face.number] = left.pop(twin).number
     return twins
-
-
-def _lying(paper: Paper) -> list[_Face]:
-    """The faces about the mean of their corners, bottom to top."""
-    corners = [np.array(paper.polygon(face)) for face in paper.order]
-    middle = np.concatenate(corners).mean(axis=0)
-    outlines = [corners_of - middle for corners_of in corners]
-    middles = [outline.mean(axis=0) for outline in outlines]
-    return [
-        _Face(
-            face,
-            outline,
-            paper.back_up(face),
-            sum(_covers(other, middles[rank]) for other in outlines[:rank]),
-        )
-        for rank, (face, outline) in enumerate(zip(paper.order, outlines, strict=True))
-    ]
 
 
 def _covers(outline: Floats, place: Floats) -> bool:
