@@ -206,7 +206,6 @@ class World:
             frame=frame,
             told=found != done,
             moved=0.01,
-            gain=20.0,
             steps=[[Rotate(angle=angle) for angle in step] for step in found],
         ).model_dump(mode="json")
 

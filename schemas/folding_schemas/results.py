@@ -353,14 +353,12 @@ class CreaseRefinement(Wire):
     """Answer of ``refine_creases``: the ``steps`` that lead to ``frame``, one for each photo, with their creases where all photos
     together show them; as they were where the photos do not tell (``told``).
 
-    ``moved`` is how far a vertex of the sheet came to lie elsewhere, in sides of the sheet; ``gain`` how many times the variance
-    that is left each vertex that was moved explains.
+    ``moved`` is how far a vertex of the sheet came to lie elsewhere, in sides of the sheet.
     """
 
     frame: int
     told: bool
     moved: float
-    gain: float
     steps: list[list[Action]]
 
 

@@ -54,7 +54,7 @@ _Whole = Annotated[int, READ_WHOLE]
 READ_PROGRAM = BeforeValidator(_program_text)
 """Takes a program as an object or as text."""
 
-RunId = Annotated[str | None, Field(description="a run's id; else the last opened")]
+RunId = Annotated[str | None, Field(description="a run's id; left out, the last opened")]
 VertexIds = Annotated[
     tuple[_Whole, _Whole],
     BeforeValidator(_listed),

@@ -101,7 +101,6 @@ def refine_creases_for(
         frame=len(steps) + 1,
         told=found.told,
         moved=round(found.moved, 4),
-        gain=round(found.gain, 1),
         steps=[list(step) for step in (found.steps if found.told else steps)],
     )
 
