@@ -37,6 +37,8 @@ FITTED, FULLY_FITTED = 48, 14
 """Matches of shape whose camera is fitted roughly, and those of them, the best, that are fitted in full: by shape alone
 the truth was among the first 6 of 22 transitions, all but those whose line no construction gives.
 """
+EACH_ALWAYS = 2
+"""Matches of each stack that is fitted always."""
 FAR_BEHIND = 0.05
 """Cameras half fitted that are worth less than the best by more, in shares of the paper, are left so: the second half of a fit
 moves the camera by at most 3 % of the extent.
@@ -100,16 +102,19 @@ def estimates(
         (match, _begun(stacks[match.index], coarse, view, match))
         for match in _alike(seen, [shape_of(stack) for stack in stacks], always)
     ]
-    begun.sort(key=lambda pair: costs[pair[0].index] - pair[1].agreement)
 
     def estimate(index: int, fit: Fitted) -> PoseEstimate:
         return PoseEstimate(
             index, fit.camera, fit.agreement, camera_evidence(fit.camera, before), costs[index]
         )
 
+    begun.sort(key=lambda pair: -estimate(pair[0].index, pair[1]).value)
     half = [
         estimate(match.index, _half_fitted(stacks[match.index], view.scene, start.camera))
-        for match, start in [*begun[:FULLY_FITTED], *_first_of(always, begun[FULLY_FITTED:])]
+        for match, start in [
+            *[p for p in begun if p[0].index not in always][:FULLY_FITTED],
+            *_first_of(always, begun),
+        ]
     ]
     enough = max((e.value for e in half), default=0.0) - FAR_BEHIND
     found = [
@@ -122,7 +127,7 @@ def estimates(
 
 
 def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequence[int]) -> list[AffineMatch]:
-    """The FITTED best matches of all shapes, and the best of each of the ``always``-th that is not among them."""
+    """The FITTED best matches of all shapes, and all matches of the ``always``-th."""
 
     def matched(indices: Sequence[int], most: int, each: int) -> list[AffineMatch]:
         shaped = [(i, shape) for i in indices if (shape := shapes[i]) is not None]
@@ -130,21 +135,16 @@ def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequen
         return [replace(match, index=shaped[match.index][0]) for match in found]
 
     best = matched(range(len(shapes)), FITTED, WAYS)
-    missing = [i for i in always if all(match.index != i for match in best)]
-    return [*best, *matched(missing, len(missing), 1)]
+    others = [match for match in best if match.index not in always]
+    return [*others, *matched(always, WAYS * len(always), WAYS)]
 
 
 _Begun = tuple[AffineMatch, Fitted]
 
 
 def _first_of(always: Sequence[int], begun: Sequence[_Begun]) -> list[_Begun]:
-    """The first match of each of some stacks."""
-    return [
-        pair
-        for i in always
-        for pair in [next((p for p in begun if p[0].index == i), None)]
-        if pair is not None
-    ]
+    """The first matches of each of some stacks: of one alone the rotation may be wrong, where others foreshorten alike."""
+    return [pair for i in always for pair in [p for p in begun if p[0].index == i][:EACH_ALWAYS]]
 
 
 def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:

@@ -26,6 +26,8 @@ AT = 0.001
 """The same for a line that was constructed."""
 NARROWEST_STRIP = 0.03
 """Nobody folds a strip narrower than this (sheet units), but what photos leave unexplained often looks like one."""
+LEAST_STAYING = 0.06
+"""So narrow a strip (sheet units) is not left lying where all else is folded over: the model is turned over, and the strip folded."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def is_thin(paper: Paper, moving: MovingSet) -> bool:
         for face in paper.faces
         for p in paper.polygon(face)
     )
-    return min(turned, stays) < NARROWEST_STRIP
+    return turned < NARROWEST_STRIP or stays < LEAST_STAYING
 
 
 class MovableLayers:
