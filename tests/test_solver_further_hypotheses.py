@@ -2,13 +2,15 @@
 
 import pytest
 from exactness import exactness
-from folding_schemas.actions import Action, AddVertex, Fold
-from folding_server.simulator import new_paper, replay
+from folding_schemas.actions import Action, AddVertex, Fold, Rotate
+from folding_server.simulator import apply, new_paper, replay
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.grid import Grid
+from folding_server.vision.pose_estimation.estimate import estimates
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
-from folding_server.vision.solver.hypotheses import further_hypotheses
+from folding_server.vision.solver.hypotheses import further_hypotheses, hypotheses
+from folding_server.vision.solver.reframing import WHOLE_MOVES
 from framed_anew import Standpoint, photo
 from paper_drawings import label_image, label_polygons
 from vision_scenes import PhotoList, share_right
@@ -25,6 +27,7 @@ BOTH_SIDES = (
     Fold(edge=(5, 7), direction=1),
     Fold(edge=(7, 6), direction=1),
 )
+HALVED = (AddVertex(edge=(2, 4), position=0.5), Fold(edge=(5, 3), direction=-1))
 ABOUT = Grid(-1.5, 2.5, 100.0, 400, 400)
 """What the stacks are drawn on."""
 
@@ -37,6 +40,20 @@ def test_folds_on_both_sides_look_as_the_simulator_makes_them() -> None:
         made = [after for _, after in pair.ways()]
         assert made
         assert max(share_right(drawn, label_image(after, ABOUT)) for after in made) > 0.99
+
+
+@pytest.mark.parametrize("turned", [0.0, 20.0, 65.0])
+def test_an_unfolding_is_among_the_cameras_however_many_folds_look_alike(turned: float) -> None:
+    """Half of a triangle is a triangle: very many folds of it look like the whole one, under some camera."""
+    triangle = replay((Rotate(angle=turned), Fold(edge=(2, 4), direction=1)))
+    half = apply(apply(triangle, HALVED[0]), HALVED[1])
+    observer = see_sequence(PhotoList([photo(new_paper(), FIRST), photo(triangle, MOVED, seed=1)]))
+    tried = hypotheses(half)
+    whole = [i for i, h in enumerate(tried) if h.action_class in WHOLE_MOVES]
+    (view,) = observer.pictures(2)
+    found = estimates([h.stack for h in tried], view, always=whole)
+    best = next(e for e in found if tried[e.index].action_class == "unfold")
+    assert best.agreement > 0.98
 
 
 @pytest.mark.slow

@@ -1,8 +1,11 @@
 """Photos that are framed anew each time: the paper tells the camera, and what was folded."""
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 import pytest
-from folding_schemas.actions import AddVertex, Fold
+from folding_schemas.actions import AddVertex, Flip, Fold
 from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
@@ -79,6 +82,24 @@ def test_a_fold_is_found_although_the_camera_was_turned_moved_and_tilted() -> No
     compared = compare_with_photo(plan.paper, observer, 2)
     assert compared.match.verdict == "MATCH"
     assert compared.estimate is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_axis_of_a_flip_is_told_by_how_the_camera_is_turned(axis: Literal["x", "y"]) -> None:
+    flap = folded(
+        AddVertex(edge=(1, 2), position=0.2),
+        AddVertex(edge=(1, 4), position=0.35),
+        Fold(edge=(5, 6), direction=-1),
+    )
+    flipped = apply(flap, Flip(axis=axis))
+    cameras = Standpoint(2.8, 10.0, 9.0, 70.0), Standpoint(2.5, -8.0, 12.0, 200.0)
+    shown = [
+        photo(paper, replace(at, look_at=face_stack(paper).center), seed=i)
+        for i, (paper, at) in enumerate(zip((flap, flipped), cameras, strict=True))
+    ]
+    observer = see_sequence(PhotoList([photo(new_paper(), FIRST, seed=9), *shown]))
+    assert propose(flap, observer, 3)[0].actions == (Flip(axis=axis),)
 
 
 def test_both_sides_of_a_sheet_are_one_piece_though_their_border_looks_like_neither() -> None:
