@@ -333,7 +333,7 @@ def test_the_system_prompt_says_of_every_tool_on_offer_what_it_is_for(
     assert listed.keys() == described.keys()
     assert all(described[name].startswith(line) for name, line in listed.items())
     assert described.keys() >= PAPER_TOOLS | {"ask_critic"}
-    assert {None: 16, "paper": 14, "all": 24}[tools] == len(described)
+    assert {None: 16, "paper": 14, "all": 25}[tools] == len(described)
 
 
 def test_tools_that_are_not_on_offer_are_not_carried_out(tmp_path: Path) -> None:
