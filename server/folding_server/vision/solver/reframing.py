@@ -111,10 +111,9 @@ def explain_reframed(
             likeliest = judge, best
         if _enough(plans):
             break
-    else:
-        if further and likeliest is not None:
-            judge, best = likeliest
-            plans += judge.searched(best)
+    if further and likeliest is not None and max((p.agreement for p in plans), default=0.0) < COMPOUND_BELOW:
+        judge, best = likeliest
+        plans += judge.searched(best)
     return _against_nothing(plans, paper)
 
 
