@@ -97,6 +97,22 @@ def test_what_was_refined_before_does_not_matter() -> None:
     assert refined(MEANT, observed(DONE)) == step_by_step
 
 
+def test_steps_that_cannot_be_followed_a_little_beside_are_left_as_they_are() -> None:
+    """A fold of a corner so small that its vertices cannot be moved."""
+    tiny: Steps = (
+        (
+            AddVertex(edge=(1, 2), position=0.004),
+            AddVertex(edge=(1, 4), position=0.004),
+            Fold(edge=(5, 6), direction=1),
+        ),
+        (Fold(edge=(2, 4), direction=1),),
+    )
+    found = refined(tiny, observed(tiny))
+    assert not found.told
+    assert revised(tiny, observed(tiny)) == tiny
+    assert refined((), observed(())).steps == ()
+
+
 @given(st.lists(st.floats(-0.012, 0.012), min_size=4, max_size=4))
 @settings(max_examples=25, deadline=None)
 def test_moved_vertices_make_the_same_model_a_little_beside(offsets: list[float]) -> None:

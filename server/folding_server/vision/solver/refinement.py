@@ -7,12 +7,13 @@ every photo, are fitted to all photos at once; where the photos tell that they l
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import dist, inf
+from math import dist, isfinite
 
 import numpy as np
 from folding_schemas.actions import Action, Actions, AddVertex
 
 from folding_server.arrays import Floats
+from folding_server.simulator.apply import replay
 from folding_server.simulator.counterpart import Counterpart, NoCounterpart
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.pose_estimation.bundle_adjustment import INDEPENDENT_POINTS, Bundle, adjusted
@@ -80,7 +81,7 @@ def _fitted(steps: Steps, observer: SequenceObserver) -> _Fit:
     begun = len(steps)
     while begun and steps[:begun] not in known:
         begun -= 1
-    fit = known[steps[:begun]] if begun else _Fit((), (), (), _unrefined((), MovableVertices(())))
+    fit = known[steps[:begun]] if begun else _Fit((), (), (), _unrefined(()))
     for count in range(begun + 1, len(steps) + 1):
         fit = _further(fit, steps[:count], observer)
         while len(known) >= REFINEMENTS_KEPT:
@@ -97,12 +98,14 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     if stacks is None:
         start = np.zeros(len(movable.added))
         stacks = movable.stacks(start)
-    assert stacks is not None, "steps that were carried out once can be carried out again"
+    if stacks is None:
+        unknown = (*before.scenes, None), (*before.cameras, None)
+        return _Fit(tuple(start.tolist()), *unknown, _unrefined(steps))
     scene, camera = _camera(stacks[-1], observer, len(steps) + 1)
     scenes, cameras = (*before.scenes, scene), (*before.cameras, camera)
     seen = [i for i, camera in enumerate(cameras) if camera is not None]
     if not seen or not len(start):
-        return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps, movable))
+        return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
 
     def shown(offsets: Floats) -> Sequence[FaceStack] | None:
         stacks = movable.stacks(offsets)
@@ -116,6 +119,8 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     best = adjusted(shown, bundle, start)
     if best.cost > unmoved.cost:
         best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), unmoved.offsets)
+    if not isfinite(best.cost) or not isfinite(unmoved.cost):
+        return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
     freedom = (INDEPENDENT_POINTS - 6) * len(seen)
     gain = (unmoved.cost - best.cost) / len(start) / max(best.cost / freedom, 1e-9)
     found = dict(zip(seen, best.cameras, strict=True))
@@ -142,10 +147,10 @@ def _camera(
     return scene, estimate.camera
 
 
-def _unrefined(steps: Steps, movable: "MovableVertices") -> Refined:
+def _unrefined(steps: Steps) -> Refined:
     """The steps as they are."""
-    twin = movable.carried_out(np.zeros(len(movable.added)))[-1][0] if steps else _flat()
-    return Refined(steps, twin.exact, {v: v for v in twin.exact.vertices_coords}, 0.0, 0.0)
+    paper = replay([action for step in steps for action in step])
+    return Refined(steps, paper, {v: v for v in paper.vertices_coords}, 0.0, 0.0)
 
 
 def _refined(movable: "MovableVertices", offsets: Floats, gain: float) -> Refined:
@@ -225,9 +230,7 @@ def _step(papers: Counterpart, step: Actions, offsets: Iterator[float]) -> tuple
     papers, done = papers.copy(), list[Action]()
     try:
         for action in step:
-            done.append(
-                papers.carry_out(action, next(offsets, inf) if isinstance(action, AddVertex) else 0.0)
-            )
+            done.append(papers.carry_out(action, next(offsets) if isinstance(action, AddVertex) else 0.0))
     except NoCounterpart:
         return None
     return (papers, tuple(done)) if papers.same_model() else None
