@@ -15,6 +15,7 @@ what was tried. Where it only ``tries_clear`` proposals, it gives the frame up i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from folding_schemas.actions import Actions
 from folding_schemas.results import Comparison, CreaseRefinement, Proposals, RunInfo
@@ -34,6 +35,7 @@ from folding_client.search.search_state import (
 
 Calls = list[tuple[str, dict[str, object]]]
 """Tool calls by name, with their arguments."""
+_Answer = TypeVar("_Answer", Proposals, Comparison, CreaseRefinement)
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ class FrameSearch:
 
     def _proposed(self, answer: ToolResult) -> Calls | None:
         step = self._step
-        proposals = _proposals(answer)
+        proposals = _read(Proposals, answer)
         if proposals is None and not self._options.tries_clear:
             message = f"The server proposes nothing for frame {step.frame}: {answer.summary}"
             raise StepHopeless(message)
@@ -202,7 +204,7 @@ class FrameSearch:
         step = self._step
         refusal = next((result.summary for result in results if result.is_error), "")
         acted = results[: len(step.actions)]
-        comparison = None if any(result.is_error for result in acted) else _comparison(results[-1])
+        comparison = None if any(result.is_error for result in acted) else _read(Comparison, results[-1])
         self.state.refusal = refusal or self.state.refusal
         step.agreement = comparison.agreement if comparison else None
         step.why = refusal or _disagreement(comparison)
@@ -274,7 +276,7 @@ class FrameSearch:
     def _refined(self, answer: ToolResult) -> Calls:
         """Go back for the steps whose creases all photos together show elsewhere; save what was tried if there are none."""
         self.state.refined = True
-        step, trial, found = self._step, self.state.trials[-1], _refinement(answer)
+        step, trial, found = self._step, self.state.trials[-1], _read(CreaseRefinement, answer)
         if found is None or not found.told or len(found.steps) != step.frame - 1:
             return self._save_trial(trial)
         *before, last = (tuple(actions) for actions in found.steps)
@@ -307,23 +309,10 @@ class FrameSearch:
         return [("save_checkpoint", arguments if notes is None else {**arguments, "notes": notes})]
 
 
-def _proposals(answer: ToolResult) -> Proposals | None:
+def _read(kind: type[_Answer], answer: ToolResult) -> _Answer | None:
+    """What a tool answered; None if it refused, or said something else."""
     try:
-        return None if answer.is_error else Proposals.model_validate(answer.data)
-    except ValidationError:
-        return None
-
-
-def _refinement(answer: ToolResult) -> CreaseRefinement | None:
-    try:
-        return None if answer.is_error else CreaseRefinement.model_validate(answer.data)
-    except ValidationError:
-        return None
-
-
-def _comparison(answer: ToolResult) -> Comparison | None:
-    try:
-        return None if answer.is_error else Comparison.model_validate(answer.data)
+        return None if answer.is_error else kind.model_validate(answer.data)
     except ValidationError:
         return None
 

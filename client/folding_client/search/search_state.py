@@ -103,7 +103,8 @@ class FrameStep(BaseModel):
 
 class SearchState(BaseModel):
     """All that a search has to remember: proposals, trials, the plan by frame, how often each frame sent it back,
-    the last refusal in the server's words, whether the creases were ``refined``, and the step under way. ``queries`` counts the replies that were made.
+    the last refusal in the server's words, whether the creases were ``refined``, and the step under way. ``queries`` counts
+    the replies that were made.
     """
 
     model_config = ConfigDict(extra="forbid")

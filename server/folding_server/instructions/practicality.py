@@ -135,7 +135,7 @@ def _movable(actions: Sequence[Action]) -> Iterator[int]:
 def _shifts(lesson: Lesson, actions: Sequence[Action], at: int, off: float) -> dict[int, float] | None:
     """How far each vertex ends from where it should if one action is off; None if that makes another model."""
     sheet = lesson.program.sheet
-    hands = Counterpart(new_paper(sheet), new_paper(sheet), {v: v for v in (1, 2, 3, 4)})
+    hands = Counterpart.of(new_paper(sheet), new_paper(sheet))
     try:
         for i, action in enumerate(actions):
             if i == at and isinstance(action, Fold):

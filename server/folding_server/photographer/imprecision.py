@@ -39,7 +39,7 @@ def _carried_out(program: Program, rng: np.random.Generator, crooked: float, slo
     """The program on a sheet up to ``crooked`` off square, folded up to ``sloppy`` off. Raises NoCounterpart."""
     width, height = program.sheet
     uneven = (width, round(height * (1 + rng.uniform(-crooked, crooked)), 6))
-    hands = Counterpart(new_paper(program.sheet), new_paper(uneven), {v: v for v in (1, 2, 3, 4)})
+    hands = Counterpart.of(new_paper(program.sheet), new_paper(uneven))
     steps = []
     for step in program.steps:
         hands, done = _step(hands, step, rng, sloppy)

@@ -37,6 +37,11 @@ class Counterpart:
     real: Paper
     twin: dict[int, int]
 
+    @classmethod
+    def of(cls, exact: Paper, real: Paper) -> "Counterpart":
+        """Two papers whose vertices have the same names."""
+        return cls(exact, real, {v: v for v in exact.vertices_coords})
+
     def copy(self) -> "Counterpart":
         """The same two papers, to try something with."""
         return replace(self, twin=dict(self.twin))

@@ -91,17 +91,17 @@ def refine_creases_for(
     announce: "Announce", place: SequencePlace, steps: "tuple[Actions, ...]"
 ) -> CreaseRefinement:
     """The steps with their creases where all photos show them."""
-    from folding_server.vision.solver import refined  # noqa: PLC0415  (loads OpenCV)
+    from folding_server.vision.solver import refined, revised  # noqa: PLC0415  (loads OpenCV)
 
     announce(SEEING)
     with observers().on(place.key, place.load) as observer:
         announce("fitting the creases to all photos")
-        found = refined(steps, observer)
+        found, kept = refined(steps, observer), revised(steps, observer)
     return CreaseRefinement(
         frame=len(steps) + 1,
         told=found.told,
         moved=round(found.moved, 4),
-        steps=[list(step) for step in (found.steps if found.told else steps)],
+        steps=[list(step) for step in kept],
     )
 
 

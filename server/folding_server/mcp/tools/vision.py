@@ -58,10 +58,10 @@ def _made(app: AppContext, frame: int, run_id: str | None) -> tuple[SequencePlac
         raise RunError(
             f"The sheet of run {run.run_id} is {run.sheet[0]} by {run.sheet[1]}; creases are refined on a square."
         )
-    if run.base == frame and not run.pending:
-        return SequencePlace.of(photos), run.current_program().steps
-    check_between(run, frame)
-    return SequencePlace.of(photos), (*(c.actions for c in run.chain(run.base)[1:]), run.pending)
+    if run.base != frame or run.pending:
+        check_between(run, frame)
+    steps = run.current_program().steps
+    return SequencePlace.of(photos), steps if len(steps) == frame - 1 else (*steps, ())
 
 
 def _refined_in_words(found: CreaseRefinement) -> str:

@@ -27,7 +27,10 @@ LIKELY_TILT = 0.35
 POINT_ERROR = 0.01
 """Standard deviation of a border's place, in shares of the extent: the outline's own error and the paper's thickness."""
 
-
+INDEPENDENT_POINTS = 40
+"""Points of all borders of a photo whose errors count as independent: neighbouring ones err together."""
+FAR = 3.0
+"""The part of its reach at which a point counts half, inverted."""
 LARGEST_STEP = np.array([0.2, 0.2, 0.2, 0.2, 0.15, 0.15])
 """Change of the camera's vector in one round, at most."""
 
@@ -158,21 +161,37 @@ def least_squares_step(
     slopes = camera_slopes(camera, matches)
     if other is not None:
         slopes = np.hstack([slopes, other])
-    weights = 1 / (1 + (3 * matches.ways / reach) ** 2) / (POINT_ERROR * extent) ** 2
-    weights *= min(1.0, 40 / len(weights))
+    weights = point_weights(matches.ways, reach, POINT_ERROR * extent, len(matches.ways))
     normal = slopes.T @ (weights[:, None] * slopes)
     gradient = slopes.T @ (weights * matches.ways)
-    for i in (4, 5):
-        normal[i, i] += 1 / LIKELY_TILT**2
-        gradient[i] -= start[i] / LIKELY_TILT**2
+    add_tilt_prior(normal, gradient, camera)
     more = np.arange(len(start), len(normal))
     normal[more, more] += priors if priors is not None else 0.0
     normal += 1e-9 * np.trace(normal) * np.eye(len(normal))
-    change = np.linalg.solve(normal, gradient)
-    largest = np.max(np.abs(change[: len(start)]) / LARGEST_STEP)
-    change *= min(1.0, 1.0 / max(float(largest), 1e-12))
+    change = np.asarray(np.linalg.solve(normal, gradient), np.float64)
+    change *= allowed_share(change[: len(start)])
     vector: CameraVector = tuple((start + change[: len(start)]).tolist())
-    return camera.moved(vector), np.asarray(change[len(start) :], np.float64)
+    return camera.moved(vector), change[len(start) :]
+
+
+def point_weights(ways: Floats, reach: float, error: float, points: int) -> Floats:
+    """What each point counts that found its border ``ways`` (n,) off, in inverse variances: ``error`` is the standard deviation of one;
+    far ones count less (Geman and McClure's loss), and all ``points`` together no more than INDEPENDENT_POINTS.
+    """
+    weights = 1 / (1 + (FAR * ways / reach) ** 2) / error**2
+    return np.asarray(weights * min(1.0, INDEPENDENT_POINTS / points), np.float64)
+
+
+def add_tilt_prior(normal: Floats, gradient: Floats, camera: PinholeCamera) -> None:
+    """Add to normal equations, whose first unknowns are a camera's vector, that it is likely to look straight down."""
+    for i in (4, 5):
+        normal[i, i] += 1 / LIKELY_TILT**2
+        gradient[i] -= camera.vector()[i] / LIKELY_TILT**2
+
+
+def allowed_share(change: Floats) -> float:
+    """The part of a change of a camera's vector (6,) that is made in one round."""
+    return min(1.0, 1.0 / max(float(np.max(np.abs(change) / LARGEST_STEP)), 1e-12))
 
 
 def camera_slopes(camera: PinholeCamera, matches: BorderMatches) -> Floats:

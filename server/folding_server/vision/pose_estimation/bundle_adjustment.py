@@ -7,19 +7,24 @@ Modern Synthesis, 1999).
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 
 import numpy as np
 
 from folding_server.arrays import Floats, Image
 from folding_server.vision.pose_estimation.border_fitting import (
-    LARGEST_STEP,
+    FAR,
+    INDEPENDENT_POINTS,
     LIKELY_TILT,
     BorderMatches,
+    add_tilt_prior,
+    allowed_share,
     camera_slopes,
     drawn,
     matched_borders,
     paper_extent,
+    point_weights,
 )
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera
 from folding_server.vision.registration.edge_matching import class_maps
@@ -29,8 +34,6 @@ BORDER_ERROR = 0.005
 """Standard deviation of a border's place, in shares of the paper's extent: twice what is left after a fit of the right creases, since
 paper that curls or is shaded is wrong along a whole border.
 """
-INDEPENDENT_POINTS = 40
-"""Points of all borders of a photo whose errors count as independent: neighbouring ones err together."""
 OFFSET_ERROR = 0.008
 """Standard deviation, in sheet units, of how far a crease lies beside where it was taken to be."""
 ADJUSTED_REACHES = (0.03, 0.02, 0.02, 0.015, 0.015)
@@ -45,8 +48,6 @@ SHARES = (1.0, 0.5, 0.25, 0.0)
 """Parts of a change of the offsets that are tried, until the photos are explained better."""
 COST_SETTLED = 0.05
 """Change of the sum of squares below which another round as far moves nothing: a fortieth of what one more unknown must explain."""
-FAR = 3.0
-"""The part of its reach at which a point counts half (Geman and McClure's loss), inverted."""
 
 FoldedStacks = Callable[[Floats], Sequence[FaceStack] | None]
 """The stack that each photo shows, its creases moved by offsets (m,) in sheet units; None if that cannot be folded."""
@@ -62,6 +63,11 @@ class Bundle:
     cameras: tuple[PinholeCamera, ...]
     first_shown: tuple[int, ...]
 
+    @cached_property
+    def photos(self) -> "list[_Photo]":
+        """The photos prepared for matching."""
+        return [_Photo(scene) for scene in self.scenes]
+
 
 @dataclass(frozen=True)
 class Adjustment:
@@ -72,41 +78,53 @@ class Adjustment:
     cost: float
 
 
-def adjusted(
-    folded: FoldedStacks, bundle: Bundle, start: Floats, *, only_cameras: bool = False
-) -> Adjustment:
-    """The offsets and cameras near a first guess under which all photos show the borders of the model where they are. The start if
-    it cannot be folded.
+def adjusted(folded: FoldedStacks, bundle: Bundle, start: Floats) -> Adjustment:
+    """The offsets and cameras near a first guess under which all photos show the borders of the model where they are; the cameras
+    alone where there are no offsets. The start if it cannot be folded.
     """
-    photos = [_Photo(scene) for scene in bundle.scenes]
+    photos = bundle.photos
     found, stacks = Adjustment(np.asarray(start, np.float64), bundle.cameras, np.inf), folded(start)
     settled = inf
     for reach in ADJUSTED_REACHES:
         if stacks is None or reach >= settled:
             continue
-        moved = [] if only_cameras else _moved(folded, found.offsets)
+        matches = [p.matches(s, c, reach) for p, s, c in zip(photos, stacks, found.cameras, strict=True)]
+        least = _cost(photos, matches, found, reach)
+        moved = _moved(folded, found.offsets)
         equations = [
-            photo.equations(index, stacks, camera, moved, bundle.first_shown, reach)
-            for index, (photo, camera) in enumerate(zip(photos, found.cameras, strict=True))
+            photo.equations(index, matched, camera, moved, bundle.first_shown, reach)
+            for index, (photo, matched, camera) in enumerate(zip(photos, matches, found.cameras, strict=True))
         ]
-        least = _cost(photos, stacks, found, reach)
-        change = np.zeros_like(found.offsets) if only_cameras else _offset_change(found.offsets, equations)
-        for share in SHARES:
-            tried = _stepped(found, equations, share * change, only_cameras=only_cameras)
+        change = _offset_change(found.offsets, equations)
+        for share in SHARES if len(change) else SHARES[:1]:
+            tried = _stepped(found, equations, share * change)
             tried_stacks = folded(tried.offsets)
-            if tried_stacks is not None and _cost(photos, tried_stacks, tried, reach) < least - COST_SETTLED:
+            if (
+                tried_stacks is not None
+                and _cost_of(photos, tried_stacks, tried, reach) < least - COST_SETTLED
+            ):
                 found, stacks = tried, tried_stacks
                 break
         else:
             settled = reach
     return (
-        found if stacks is None else replace(found, cost=_cost(photos, stacks, found, ADJUSTED_REACHES[-1]))
+        found
+        if stacks is None
+        else replace(found, cost=_cost_of(photos, stacks, found, ADJUSTED_REACHES[-1]))
     )
 
 
-def _cost(photos: Sequence["_Photo"], stacks: Sequence[FaceStack], at: Adjustment, reach: float) -> float:
+def _cost_of(photos: Sequence["_Photo"], stacks: Sequence[FaceStack], at: Adjustment, reach: float) -> float:
+    """:func:`_cost` of what stacks look like."""
+    matches = [p.matches(s, c, reach) for p, s, c in zip(photos, stacks, at.cameras, strict=True)]
+    return _cost(photos, matches, at, reach)
+
+
+def _cost(
+    photos: Sequence["_Photo"], matches: Sequence[BorderMatches | None], at: Adjustment, reach: float
+) -> float:
     """The sum of squares of all photos, with what the offsets themselves cost."""
-    seen = (photo.cost(s, c, reach) for photo, s, c in zip(photos, stacks, at.cameras, strict=True))
+    seen = (photo.cost(m, c, reach) for photo, m, c in zip(photos, matches, at.cameras, strict=True))
     return float(sum(seen) + (at.offsets**2).sum() / OFFSET_ERROR**2)
 
 
@@ -155,14 +173,12 @@ class _Photo:
 
     def weights(self, matches: BorderMatches, reach: float) -> Floats:
         """What each matched point counts, far ones less, in inverse variances."""
-        weights = 1 / (1 + (FAR * matches.ways / (reach * self.extent)) ** 2)
-        share = min(1.0, INDEPENDENT_POINTS / (len(weights) + matches.lost))
-        return weights / (BORDER_ERROR * self.extent) ** 2 * share
+        points = len(matches.ways) + matches.lost
+        return point_weights(matches.ways, reach * self.extent, BORDER_ERROR * self.extent, points)
 
-    def cost(self, stack: FaceStack, camera: PinholeCamera, reach: float) -> float:
+    def cost(self, matches: BorderMatches | None, camera: PinholeCamera, reach: float) -> float:
         """The weighted sum of squares, and what speaks against the tilt; a point that finds nothing is as bad as the farthest."""
         tilt = sum(x**2 for x in camera.vector()[4:]) / LIKELY_TILT**2
-        matches = self.matches(stack, camera, reach)
         most = (reach / FAR / BORDER_ERROR) ** 2
         if matches is None:
             return INDEPENDENT_POINTS * most + tilt
@@ -173,14 +189,13 @@ class _Photo:
     def equations(
         self,
         index: int,
-        stacks: Sequence[FaceStack],
+        matches: BorderMatches | None,
         camera: PinholeCamera,
         moved: _Moved,
         first_shown: Sequence[int],
         reach: float,
     ) -> _Equations | None:
         """The normal equations of the ``index``-th photo, with the prior on the tilt; None if too few borders find theirs."""
-        matches = self.matches(stacks[index], camera, reach)
         if matches is None:
             return None
         steepest = STEEPEST_SLOPE * np.exp(camera.size)
@@ -192,26 +207,21 @@ class _Photo:
         own = camera_slopes(camera, matches)
         weighted = self.weights(matches, reach)[:, None] * np.column_stack([own, slopes])
         square, side = own.T @ weighted[:, :6], weighted.T @ matches.ways
-        vector = camera.vector()
-        for i in (4, 5):
-            square[i, i] += 1 / LIKELY_TILT**2
-            side[i] -= vector[i] / LIKELY_TILT**2
+        add_tilt_prior(square, side, camera)
         square += 1e-9 * np.trace(square) * np.eye(6)
         return _Equations(square, own.T @ weighted[:, 6:], slopes.T @ weighted[:, 6:], side[:6], side[6:])
 
 
-def _stepped(
-    found: Adjustment, equations: Sequence[_Equations | None], change: Floats, *, only_cameras: bool
-) -> Adjustment:
+def _stepped(found: Adjustment, equations: Sequence[_Equations | None], change: Floats) -> Adjustment:
     """The offsets changed, and each camera to where it then is best."""
     cameras = []
     for camera, parts in zip(found.cameras, equations, strict=True):
         if parts is None:
             cameras.append(camera)
             continue
-        side = parts.camera_side if only_cameras else parts.camera_side - parts.between @ change
-        step = np.linalg.solve(parts.camera, side)
-        step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / LARGEST_STEP)), 1e-12))
+        side = parts.camera_side - parts.between @ change
+        step = np.asarray(np.linalg.solve(parts.camera, side), np.float64)
+        step *= allowed_share(step)
         cameras.append(camera.moved(tuple((np.array(camera.vector()) + step).tolist())))
     return replace(found, offsets=found.offsets + change, cameras=tuple(cameras))
 

@@ -111,10 +111,7 @@ def estimates(
     begun.sort(key=lambda pair: -estimate(pair[0].index, pair[1]).value)
     half = [
         estimate(match.index, _half_fitted(stacks[match.index], view.scene, start.camera))
-        for match, start in [
-            *[p for p in begun if p[0].index not in always][:FULLY_FITTED],
-            *_first_of(always, begun),
-        ]
+        for match, start in _worth_fitting(begun, always)
     ]
     enough = max((e.value for e in half), default=0.0) - FAR_BEHIND
     found = [
@@ -142,9 +139,15 @@ def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequen
 _Begun = tuple[AffineMatch, Fitted]
 
 
-def _first_of(always: Sequence[int], begun: Sequence[_Begun]) -> list[_Begun]:
-    """The first matches of each of some stacks: of one alone the rotation may be wrong, where others foreshorten alike."""
-    return [pair for i in always for pair in [p for p in begun if p[0].index == i][:EACH_ALWAYS]]
+def _worth_fitting(begun: Sequence[_Begun], always: Sequence[int]) -> list[_Begun]:
+    """The first of all matches, and the first of each of the ``always``-th: of one alone the rotation may be wrong, where others
+    foreshorten alike.
+    """
+    others = [pair for pair in begun if pair[0].index not in always]
+    return [
+        *others[:FULLY_FITTED],
+        *(pair for i in always for pair in [p for p in begun if p[0].index == i][:EACH_ALWAYS]),
+    ]
 
 
 def _begun(stack: FaceStack, coarse: Scene, view: PictureView, match: AffineMatch) -> Fitted:

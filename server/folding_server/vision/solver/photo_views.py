@@ -11,8 +11,9 @@ from folding_server.geometry.similarity import Similarity
 from folding_server.simulator.paper import Paper
 from folding_server.vision.grid import Grid
 from folding_server.vision.labels import is_paper
+from folding_server.vision.pose_estimation.estimate import PoseEstimate, estimates
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright_camera
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Scene, Views, face_stack
 from folding_server.vision.seeing import Observation, SequenceObserver
@@ -34,6 +35,21 @@ class SeenBefore:
     agreement: float
     coarse: Observation
     fine: Scene
+
+
+def likeliest_view(
+    stack: FaceStack, observer: SequenceObserver, frame: int
+) -> tuple[PictureView, PoseEstimate] | None:
+    """The piece of a photo that shows a stack best, and the camera under which it does; None if the photo shows no paper.
+
+    Of the cameras that a symmetrical stack allows, the one that is turned least against the first photo's.
+    """
+    found = [
+        (view, estimate)
+        for view in observer.pictures(frame)
+        for estimate in estimates([stack], view, upright_camera(observer.pose, view.frame))[:1]
+    ]
+    return max(found, key=lambda pair: pair[1].value, default=None)
 
 
 def seen_before(paper: Paper, observer: SequenceObserver, frame: int) -> SeenBefore:

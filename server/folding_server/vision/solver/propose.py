@@ -44,13 +44,15 @@ def propose(
     the ``steps`` that led to the paper from the flat sheet, one for each photo, the photo is explained from where all
     photos before show its creases. Raises PhotoError if there is no such frame. Deterministic.
     """
-    if len(steps) == frame - 2 and steps:
-        known = refined(steps, observer)
-        if known.told:
-            plans = _proposed(known.paper, observer, frame, count)
-            carried = [(plan, carried_back(plan.actions, known, paper)) for plan in plans]
-            if any(back for _, back in carried):
-                return tuple(replace(plan, actions=back[0], paper=back[1]) for plan, back in carried if back)
+    known = refined(steps, observer) if steps and len(steps) == frame - 2 else None
+    if known is not None and known.told:
+        carried = tuple(
+            replace(plan, actions=back[0], paper=back[1])
+            for plan in _proposed(known.paper, observer, frame, count)
+            if (back := carried_back(plan.actions, known, paper)) is not None
+        )
+        if carried:
+            return carried
     return _proposed(paper, observer, frame, count)
 
 

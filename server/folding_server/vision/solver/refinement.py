@@ -16,11 +16,12 @@ from folding_server.arrays import Floats
 from folding_server.simulator.apply import replay
 from folding_server.simulator.counterpart import Counterpart, NoCounterpart
 from folding_server.simulator.paper import Paper, new_paper
-from folding_server.vision.pose_estimation.bundle_adjustment import INDEPENDENT_POINTS, Bundle, adjusted
-from folding_server.vision.pose_estimation.estimate import estimates
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera, upright_camera
+from folding_server.vision.pose_estimation.border_fitting import INDEPENDENT_POINTS
+from folding_server.vision.pose_estimation.bundle_adjustment import Bundle, adjusted
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera
 from folding_server.vision.registration.scene import FaceStack, Scene, face_stack
 from folding_server.vision.seeing import SequenceObserver
+from folding_server.vision.solver.photo_views import likeliest_view
 
 Steps = tuple[Actions, ...]
 """The actions between each two photos."""
@@ -101,7 +102,8 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     if stacks is None:
         unknown = (*before.scenes, None), (*before.cameras, None)
         return _Fit(tuple(start.tolist()), *unknown, _unrefined(steps))
-    scene, camera = _camera(stacks[-1], observer, len(steps) + 1)
+    found = likeliest_view(stacks[-1], observer, len(steps) + 1)
+    scene, camera = (None, None) if found is None else (found[0].scene, found[1].camera)
     scenes, cameras = (*before.scenes, scene), (*before.cameras, camera)
     seen = [i for i, camera in enumerate(cameras) if camera is not None]
     if not seen or not len(start):
@@ -115,36 +117,22 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     bundle = Bundle(
         tuple(s for s in scenes if s is not None), tuple(c for c in cameras if c is not None), first
     )
-    unmoved = adjusted(shown, bundle, np.zeros_like(start), only_cameras=True)
+    nowhere = np.zeros_like(start)
+    unmoved = adjusted(lambda _: shown(nowhere), replace(bundle, first_shown=()), np.zeros(0))
     best = adjusted(shown, bundle, start)
     if best.cost > unmoved.cost:
-        best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), unmoved.offsets)
+        best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), nowhere)
     if not isfinite(best.cost) or not isfinite(unmoved.cost):
         return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
     freedom = (INDEPENDENT_POINTS - 6) * len(seen)
     gain = (unmoved.cost - best.cost) / len(start) / max(best.cost / freedom, 1e-9)
-    found = dict(zip(seen, best.cameras, strict=True))
+    taken = dict(zip(seen, best.cameras, strict=True))
     return _Fit(
         tuple(best.offsets.tolist()),
         scenes,
-        tuple(found.get(i) for i in range(len(scenes))),
+        tuple(taken.get(i) for i in range(len(scenes))),
         _refined(movable, best.offsets, gain),
     )
-
-
-def _camera(
-    stack: FaceStack, observer: SequenceObserver, frame: int
-) -> tuple[Scene | None, PinholeCamera | None]:
-    """The photo as a scene, and the likeliest camera that shows a stack there; None if it shows no paper."""
-    found = [
-        (estimate, view.scene)
-        for view in observer.pictures(frame)
-        for estimate in estimates([stack], view, upright_camera(observer.pose, view.frame))[:1]
-    ]
-    if not found:
-        return None, None
-    estimate, scene = max(found, key=lambda pair: pair[0].value)
-    return scene, estimate.camera
 
 
 def _unrefined(steps: Steps) -> Refined:
@@ -174,11 +162,6 @@ def carried_back(actions: Actions, known: Refined, paper: Paper) -> tuple[Action
     return (done, papers.real) if papers.same_model() else None
 
 
-def _flat() -> Counterpart:
-    flat = new_paper()
-    return Counterpart(flat, flat, {v: v for v in flat.vertices_coords})
-
-
 class MovableVertices:
     """A program whose added vertices can be moved along their edges; every action is carried over to the vertices that cuts then make.
 
@@ -206,9 +189,9 @@ class MovableVertices:
         """After each step the papers folded as the program says and with the offsets, and the actions of the second. Raises
         NoCounterpart if it cannot be folded so.
         """
-        done, papers, used = [], _flat(), 0
+        done, papers, used = [], Counterpart.of(new_paper(), new_paper()), 0
         for index, step in enumerate(self._steps):
-            used += sum(isinstance(action, AddVertex) for action in step)
+            used += _adding(step)
             key = (float(index), *offsets[:used].tolist())
             if key not in self._known:
                 self._known[key] = _step(papers, step, iter(offsets[used - _adding(step) : used].tolist()))

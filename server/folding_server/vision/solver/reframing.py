@@ -40,7 +40,7 @@ from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSear
 from folding_server.vision.solver.hypotheses import Hypothesis, further_hypotheses, hypotheses
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
 from folding_server.vision.solver.measuring import measured
-from folding_server.vision.solver.photo_views import views_under
+from folding_server.vision.solver.photo_views import likeliest_view, views_under
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.realise import realise
 from folding_server.vision.solver.single_folds import as_plans
@@ -156,17 +156,9 @@ def _under(plan: Plan, camera: Evidence) -> Plan:
 
 
 def known_camera(paper: Paper, observer: SequenceObserver, frame: int) -> PoseEstimate | None:
-    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo.
-
-    Of those that a symmetrical paper allows, the one that is turned least against the first photo's.
-    """
-    views = observer.pictures(frame) if frame > 0 else ()
-    found = [
-        e
-        for view in views
-        for e in estimates([face_stack(paper)], view, upright_camera(observer.pose, view.frame))[:1]
-    ]
-    return max(found, key=lambda estimate: estimate.value, default=None)
+    """The camera under which a photo shows the paper that it is known to show; None if there is no such photo."""
+    found = likeliest_view(face_stack(paper), observer, frame) if frame > 0 else None
+    return None if found is None else found[1]
 
 
 def _distinct(found: Sequence[PoseEstimate], tried: Sequence[Hypothesis]) -> list[PoseEstimate]:
