@@ -34,7 +34,7 @@ FAN_FACES = 30
 
 GRID_DEGREES, GRID_SPACING = 10.0, 0.06
 """Between lines anywhere on the paper, in degrees and sheet units: both ends of a crease are then fitted from 0.03 beside."""
-GRID_FACES, PAIRED_FACES = 16, 10
+GRID_FACES, PAIRED_FACES = 16, 20
 """On papers of more faces lines anywhere, and pairs of folds, would take too long to try."""
 
 Ways = Callable[[], list[tuple[Actions, Paper]]]

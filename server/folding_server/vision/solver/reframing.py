@@ -109,7 +109,7 @@ def explain_reframed(
         plans += new
         if likeliest is None or best.value > likeliest[1].value:
             likeliest = judge, best
-        if _enough(plans):
+        if enough(plans):
             break
     if further and likeliest is not None and max((p.agreement for p in plans), default=0.0) < COMPOUND_BELOW:
         judge, best = likeliest
@@ -117,7 +117,7 @@ def explain_reframed(
     return _against_nothing(plans, paper)
 
 
-def _enough(plans: Sequence[Plan]) -> bool:
+def enough(plans: Sequence[Plan]) -> bool:
     """Whether the best plan explains so much that nothing further need be tried, and lines inside the paper do not deny it."""
     best = max(plans, key=lambda plan: plan.score, default=None)
     return best is not None and best.agreement >= COMPOUND_BELOW and best.noted.inner_lines < DENIED

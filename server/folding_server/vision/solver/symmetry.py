@@ -11,11 +11,11 @@ MIRROR_TOLERANCE = 0.01
 LEAST_SHARE = 0.6
 """A line about which at least this share of the vertices beside it have partners is an axis of symmetry."""
 LEAST_PAIRED = 4
-"""Vertices with partners that an axis needs at least."""
+"""Vertices with partners that an axis needs at least, but where none beside it is without."""
 ON_AXIS = 0.005
 """How far beside an axis of the sheet a crease may run that is meant to lie on it, as a part of the sheet's side."""
-MOST_AXES = 3
-"""Axes of symmetry that are used, the clearest."""
+MOST_AXES = 4
+"""Axes of symmetry that are used, the clearest: a square has so many."""
 MOST_POINTS = 40
 """Papers with more distinct vertices are not looked at: there would be too many lines to try."""
 
@@ -61,7 +61,8 @@ def symmetry_axes(points: Floats, candidates: Floats) -> Floats:
     count = paired.sum(axis=1)
     share = count / np.maximum(beside.sum(axis=1), 1)
     miss = np.where(paired, gaps, 0).sum(axis=1) / np.maximum(count, 1)
-    good = np.nonzero((share >= LEAST_SHARE) & (count >= LEAST_PAIRED))[0]
+    whole = (count > 0) & (count == beside.sum(axis=1))
+    good = np.nonzero(whole | (share >= LEAST_SHARE) & (count >= LEAST_PAIRED))[0]
     kept: list[Floats] = []
     for i in good[np.lexsort((miss[good], -share[good]))]:
         near = (
