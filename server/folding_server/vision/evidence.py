@@ -57,6 +57,8 @@ class Evidence:
     own_camera_inner_lines: float = 0.0
     own_camera_new_crease: float = 0.0
     own_camera_free_line: float = 0.0
+    own_camera_lines_shown: float = 0.0
+    own_camera_residual: float = 0.0
 
     @property
     def values(self) -> dict[str, float]:

@@ -18,6 +18,8 @@ from folding_server.vision.sheet_lines import SheetLines
 
 SURROUNDINGS = 0.3
 """How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
+BORDER_WIDTH = 0.03
+"""A border laid a little beside explains no disagreement wider than this, in sheet units."""
 _AROUND, _SMOOTH = 0.04, 0.7
 """How far around a place (sheet units) the light is taken to be the same, and how far pixels are smoothed."""
 
@@ -109,6 +111,16 @@ class Scene:
         wrong = int(np.count_nonzero((drawn != self.labels) & self.known))
         return max(0.0, 1.0 - wrong / max(either, 1))
 
+    def residual_of(self, drawn: LabelImage) -> float:
+        """Share of the paper, 0 to 1, whose class disagrees over more than BORDER_WIDTH in every direction: no border laid a little beside
+        explains that.
+        """
+        either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
+        wrong = ((drawn != self.labels) & self.known).astype(np.uint8)
+        width = 2 * round(BORDER_WIDTH * self.grid.pixels_per_unit / 2) + 1
+        opened = cv2.morphologyEx(wrong, cv2.MORPH_OPEN, np.ones((width, width), np.uint8))
+        return float(np.count_nonzero(opened)) / max(either, 1)
+
     def agreement(self, stack: FaceStack, motion: Similarity) -> float:
         """How well a stack under a motion explains the photo, 0 to 1."""
         return self.agreement_of(self.draw(stack, motion))
@@ -156,7 +168,7 @@ class Views:
 
     Even under a camera that stands still the sheet's size varies a little with its height over the table.
     ``expected`` is the agreement to hope for: what the state before reached on its own photo. ``closely`` looks at the
-    photo before and at this one as finely as they were taken.
+    photo before and at this one as finely as they were taken. ``own_camera`` says that the camera was told by this photo.
     """
 
     coarse: Scene
@@ -164,3 +176,4 @@ class Views:
     handheld: bool = False
     expected: float = 1.0
     closely: Callable[[], tuple[Scene, Scene]] | None = None
+    own_camera: bool = False

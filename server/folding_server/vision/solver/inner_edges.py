@@ -29,17 +29,19 @@ HALF_LENGTH = 0.3
 
 @dataclass(frozen=True)
 class InnerLines:
-    """``missing``: share of predicted layer borders that the photo lacks; ``extra``: share of lines it has besides.
+    """``missing``: share of predicted layer borders that the photo lacks; ``extra``: share of lines it has besides;
+    ``shown``: share that it shows.
 
     Each from 0 to 1, weighted down where there is little line to judge by.
     """
 
     missing: float
     extra: float
+    shown: float = 0.0
 
     @property
     def contradiction(self) -> float:
-        """Both together, 0 to 2."""
+        """What is missing and what is extra together, 0 to 2."""
         return self.missing + self.extra
 
 
@@ -52,9 +54,10 @@ def inner_edge_agreement(paper: Paper, scene: Scene, motion: Similarity) -> Inne
     per_unit = scene.grid.pixels_per_unit
     total = float(strong.sum())
     extra = float(strong[~explained].sum()) / total if total else 0.0
-    missing = scene.sight * (1 - _shown(seen, judged))
+    shown = _shown(seen, judged)
+    predicted = _weight(np.count_nonzero(judged) / (2 * per_unit))
     return InnerLines(
-        missing * _weight(np.count_nonzero(judged) / (2 * per_unit)), extra * _weight(total / (4 * per_unit))
+        scene.sight * (1 - shown) * predicted, extra * _weight(total / (4 * per_unit)), shown * predicted
     )
 
 

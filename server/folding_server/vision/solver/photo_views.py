@@ -89,7 +89,7 @@ def views_under(
     own = observer.under(camera.pose(view.frame), view, stack.surroundings)
     coarse, fine = own.frame(frame, COARSE), own.frame(frame, FINE)
     scene = replace(_scene(fine, coarse), sight=USUAL_SIGHT)
-    return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected)
+    return Views(_scene(coarse, coarse), scene, handheld=True, expected=expected, own_camera=True)
 
 
 def _scene(seen: Observation, before: Observation, *, lit: bool = False) -> Scene:

@@ -60,6 +60,8 @@ WHOLE_MOVES = ("none", "flip", "unfold")
 """Classes that are fitted and judged always: very many folds look nearly like each of them."""
 DENIED = 0.6
 """Lines inside the paper that contradict the best plan so much say that something else happened."""
+PATCH = 0.002
+"""Share of the paper from which what is left unexplained in one place is searched for a fold: the tip of a flap."""
 FAR_WORSE = 0.02
 """Hypotheses whose outlines agree worse than the best by more are not."""
 CAMERA_ERROR = Freedom(shift=0.02, turn=1.0, scale=0.02, halvings=4)
@@ -111,7 +113,7 @@ def explain_reframed(
             likeliest = judge, best
         if enough(plans):
             break
-    if further and likeliest is not None and max((p.agreement for p in plans), default=0.0) < COMPOUND_BELOW:
+    if likeliest is not None and _leaves_something(plans, further=further):
         judge, best = likeliest
         plans += judge.searched(best)
     return _against_nothing(plans, paper)
@@ -121,6 +123,13 @@ def enough(plans: Sequence[Plan]) -> bool:
     """Whether the best plan explains so much that nothing further need be tried, and lines inside the paper do not deny it."""
     best = max(plans, key=lambda plan: plan.score, default=None)
     return best is not None and best.agreement >= COMPOUND_BELOW and best.noted.inner_lines < DENIED
+
+
+def _leaves_something(plans: Sequence[Plan], *, further: bool) -> bool:
+    """Whether the best plan leaves a patch of the photo unexplained; or, ``further`` on, too much of it in all."""
+    if further and max((p.agreement for p in plans), default=0.0) < COMPOUND_BELOW:
+        return True
+    return bool(plans) and max(plans, key=lambda plan: plan.score).noted.own_camera_residual > PATCH
 
 
 def _against_nothing(plans: Sequence[Plan], paper: Paper) -> list[Plan]:
