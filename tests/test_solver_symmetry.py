@@ -1,6 +1,6 @@
 """Models are mostly symmetrical: what was folded on one side is looked for where its mirror image lies on the other."""
 
-from math import cos, pi, sin
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 from folding_schemas.actions import Action, AddVertex, Fold, Rotate, Unfold
@@ -58,6 +58,14 @@ def test_most_points_need_partners() -> None:
     kite = np.array([(0.0, 0.0), (0.4, 0.7), (-0.4, 0.7), (0.0, 1.0), (0.2, 0.4), (-0.2, 0.4)])
     upright, lying = lines((0.0, 0.0), (pi / 2, 0.5))
     assert symmetry_axes(kite, np.array([lying, upright])).tolist() == [upright.tolist()]
+
+
+def test_a_square_is_symmetrical_about_its_middles_and_its_diagonals() -> None:
+    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)])
+    candidates = lines((0.0, 0.5), (pi / 2, 0.5), (pi / 4, sqrt(0.5)), (3 * pi / 4, 0.0), (pi / 3, 0.6))
+    assert {tuple(axis) for axis in symmetry_axes(corners, candidates).tolist()} == {
+        tuple(axis) for axis in candidates[:4].tolist()
+    }
 
 
 def test_where_one_side_was_folded_the_same_on_the_other_is_a_landmark() -> None:

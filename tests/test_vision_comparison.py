@@ -11,11 +11,11 @@ from folding_server.vision.comparison import compare, judge, outline_distances
 from folding_server.vision.discrepancies import discrepancies
 from folding_server.vision.grid import Grid, grid_over
 from folding_server.vision.inner_lines import NO_LINES, LineMatch
-from folding_server.vision.labels import BACK, FRONT, UNKNOWN, as_one_colour, is_paper
+from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, as_one_colour, is_paper
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.registration.paper_alignment import align_paper, coarser
-from folding_server.vision.registration.scene import Scene
+from folding_server.vision.registration.scene import BORDER_WIDTH, Scene
 from folding_server.vision.seeing import Observation, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -71,6 +71,18 @@ def test_unknown_pixels_never_count_against_a_state() -> None:
     assert align_paper(folded(), Scene(GRID, seen.labels)).agreement == 1.0
     everything = np.full_like(seen.labels, UNKNOWN)
     assert align_paper(folded(), Scene(GRID, everything)).agreement == 0.0
+
+
+def test_a_border_laid_beside_leaves_no_residual_and_a_patch_does() -> None:
+    seen, width = shown(folded()), round(BORDER_WIDTH * GRID.pixels_per_unit)
+    drawn = seen.labels.copy()
+    drawn[:, 1:] = seen.labels[:, :-1]
+    assert seen.residual_of(drawn) == 0.0
+    patched = seen.labels.copy()
+    rows, cols = np.nonzero(is_paper(patched))
+    middle = int(np.median(rows)), int(np.median(cols))
+    patched[middle[0] : middle[0] + 2 * width, middle[1] : middle[1] + 2 * width] = BACKGROUND
+    assert seen.residual_of(patched) == pytest.approx(4 * width**2 / len(rows), rel=0.2)
 
 
 def test_sides_that_look_alike_are_compared_as_paper_alone() -> None:

@@ -48,6 +48,7 @@ class Evidence:
     narrow_strip: float = 0.0
     moved_otherwise: float = 0.0
     explained_change: float = 0.0
+    folded_beside: float = 0.0
     look_ahead: float = 0.0
     own_camera: float = 0.0
     tilt: float = 0.0

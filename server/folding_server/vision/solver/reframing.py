@@ -38,6 +38,7 @@ from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.creases import MovingCrease
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.hypotheses import Hypothesis, further_hypotheses, hypotheses
+from folding_server.vision.solver.imprecision import with_lines_beside
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import likeliest_view, views_under
@@ -135,7 +136,7 @@ def _leaves_something(plans: Sequence[Plan], *, further: bool) -> bool:
 def _against_nothing(plans: Sequence[Plan], paper: Paper) -> list[Plan]:
     """Plans as they count beside the one that nothing happened, best first."""
     nothing = next((p for p in plans if p.action_class == "none"), Plan((), "none", paper, IDENTITY, 0.0, ""))
-    return best_first([_weighed(against_nothing(plan, nothing)) for plan in plans])
+    return with_lines_beside([_weighed(against_nothing(plan, nothing)) for plan in plans])
 
 
 def _settled(plan: Plan, views: Views) -> Plan:
