@@ -54,6 +54,7 @@ class Evidence:
     tilt: float = 0.0
     steep_tilt: float = 0.0
     zoom: float = 0.0
+    nearness: float = 0.0
     roll: float = 0.0
     own_camera_inner_lines: float = 0.0
     own_camera_new_crease: float = 0.0

@@ -49,6 +49,10 @@ USUAL_TILT, STEEP = 20.0, 28.0
 """Degrees: tilts count by the square of their share of the first, and besides by what they are beyond the second."""
 USUAL_ROLL = 20.0
 """Degrees that a camera is turned against the photo before, or the model on the table: 18 of 22 transitions had less."""
+USUAL_NEARNESS = 0.3
+"""Natural logarithm by which the camera is nearer or farther than for the photo before: hands move it by a third, and cropping to
+the model by what half of a sheet is narrower.
+"""
 LARGEST_ZOOM, SMALLEST_ZOOM = 3.0, 0.33
 """The camera may come so near and go so far, by scale, for nothing."""
 SAME_PLACE = 0.02
@@ -176,7 +180,8 @@ def camera_evidence(camera: PinholeCamera, before: PinholeCamera | None) -> Evid
     size = float(camera.size - before.size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
     zoom = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
-    return replace(tilted, zoom=zoom, roll=roll_evidence(degrees(turned)))
+    nearness = log1p((size / USUAL_NEARNESS) ** 2)
+    return replace(tilted, zoom=zoom, nearness=nearness, roll=roll_evidence(degrees(turned)))
 
 
 def roll_evidence(angle: float) -> float:

@@ -12,10 +12,11 @@ from folding_server.geometry.point_batch import hausdorff_distance
 from folding_server.simulator.paper import Paper
 from folding_server.vision.solver.plan import Plan, best_first
 
-FOLDED_BESIDE = 0.0075
-"""Standard deviation, in sheet units, of how far a crease ends beside the landmark it was aimed at: half of what is usual at the most."""
+FOLDED_BESIDE = 0.01
+"""Standard deviation, in sheet units, of how far a crease ends beside the landmark it was aimed at, with what the landmark itself is off.
+"""
 FARTHEST_BESIDE = 0.03
-"""A line that ends farther from the landmark, in sheet units, was not aimed at it: four standard deviations."""
+"""A line that ends farther from the landmark, in sheet units, was not aimed at it: three standard deviations."""
 COST = 0.00125
 """Shares of the paper that one standard deviation costs: half an e-fold, at 400 e-folds for all of the paper."""
 FREE = ("free_line", "own_camera_free_line")
@@ -53,8 +54,11 @@ def _unaimed(plan: Plan) -> float:
 
 
 def _gap(first: Paper, second: Paper) -> float:
-    """How far apart the vertices of two folded sheets are on the flat sheet, in sheet units; infinite if they are cut otherwise."""
-    if len(first.faces) != len(second.faces):
-        return float("inf")
-    one, other = (np.array(list(paper.vertices_coords.values())) for paper in (first, second))
-    return hausdorff_distance(one, other)
+    """How far apart the vertices of two papers are at most, on the flat sheet and as they lie folded, in sheet units."""
+    return max(
+        hausdorff_distance(np.array(list(one.values())), np.array(list(other.values())))
+        for one, other in (
+            (first.vertices_coords, second.vertices_coords),
+            (first.folded_vertices_coords, second.folded_vertices_coords),
+        )
+    )

@@ -160,6 +160,7 @@ def _under(plan: Plan, camera: Evidence) -> Plan:
         tilt=camera.tilt,
         steep_tilt=camera.steep_tilt,
         zoom=camera.zoom,
+        nearness=camera.nearness,
         roll=camera.roll,
         own_camera_free_line=plan.noted.free_line,
     )
