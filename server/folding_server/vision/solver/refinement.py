@@ -6,7 +6,7 @@ every photo, are fitted to all photos at once; where the photos tell that they l
 each photo has a camera of its own, so is the sheet, which is never quite square; of that the program says nothing.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import dist, isfinite
 
@@ -19,7 +19,7 @@ from folding_server.simulator.counterpart import Counterpart, NoCounterpart
 from folding_server.simulator.paper import Paper, new_paper
 from folding_server.vision.pose_estimation.border_fitting import INDEPENDENT_POINTS
 from folding_server.vision.pose_estimation.bundle_adjustment import Bundle, adjusted
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, only_moved, upright_camera
 from folding_server.vision.registration.scene import FaceStack, Scene, face_stack
 from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.photo_views import likeliest_view
@@ -31,14 +31,6 @@ SIGNIFICANT = 5.0
 """How many times the variance that is left each offset must explain."""
 WORTH_MOVING = 0.006
 """How far a vertex of the sheet must come to lie elsewhere, in sheet units."""
-SHEET_TRIED = 0.005
-"""The sheet is tried higher and lower by so much, as a part of its width: paper is cut to half a hundredth or so."""
-SHEET_PHOTOS = 7
-"""By so many photos, the first, the sheet is told; more of them hardly change it."""
-SHEET_ERROR = 0.008
-"""Standard deviation of how much higher than wide a sheet is."""
-SAME_SIZE, SAME_TILT = 0.04, 4.0
-"""Natural logarithm of the size and degrees of tilt by which the cameras that are fitted to photos of one that stands may differ."""
 SHEET_STEP = 0.002
 """The height of the sheet is told to so much, as a part of its width: half a pixel of a photo."""
 REFINEMENTS_KEPT = 40
@@ -141,93 +133,66 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     scene, camera = _seen(stacks[-1], observer, len(steps) + 1)
     scenes, cameras = (*before.scenes, scene), (*before.cameras, camera)
     fit = _Fit(before.uneven, tuple(offsets.tolist()), scenes, cameras, _unrefined(steps))
-    photos = _Photos.of(fit)
-    if not photos.numbers:
-        return fit
-    if len(photos.numbers) <= SHEET_PHOTOS and _framed_anew(photos.bundle.cameras):
-        fit = _sheet_fitted(fit, movable, photos)
-    return _adjusted(fit, movable, photos)
+    seen = [i for i, camera in enumerate(cameras) if camera is not None]
+    return _adjusted(fit, movable, seen, free=_framed_anew(observer, fit)) if seen else fit
 
 
-@dataclass(frozen=True)
-class _Photos:
-    """The photos that show the paper: their ``numbers``, from 0 on, and what is fitted to."""
-
-    numbers: tuple[int, ...]
-    bundle: Bundle
-
-    @classmethod
-    def of(cls, fit: _Fit) -> "_Photos":
-        """Those of a fit."""
-        numbers = tuple(i for i, camera in enumerate(fit.cameras) if camera is not None)
-        scenes = tuple(scene for scene in fit.scenes if scene is not None)
-        return cls(numbers, Bundle(scenes, tuple(c for c in fit.cameras if c is not None), ()))
-
-    def shown(
-        self, movable: "MovableVertices", offsets: Floats, uneven: float
-    ) -> Sequence[FaceStack] | None:
-        """What each of them shows of a program; None if it cannot be folded so."""
-        stacks = movable.stacks(offsets, uneven)
-        return None if stacks is None else [stacks[i] for i in self.numbers]
-
-
-def _framed_anew(cameras: Sequence[PinholeCamera]) -> bool:
-    """Whether most photos were taken otherwise than the first. Else the first one's camera shows every sheet as a square."""
-    first, *later = cameras
-    moved = [
-        abs(camera.size - first.size) > SAME_SIZE or abs(camera.tilt - first.tilt) > SAME_TILT
-        for camera in later
+def _framed_anew(observer: SequenceObserver, fit: _Fit) -> bool:
+    """Whether most photos have a camera of their own. Else the first photo's shows every sheet as a square, uneven or not."""
+    seen = [
+        only_moved(camera, upright_camera(observer.pose, view.frame))
+        for frame, camera in enumerate(fit.cameras, start=1)
+        if camera is not None and frame > 1
+        for view in observer.pictures(frame)[:1]
     ]
-    return 2 * sum(moved) > len(moved)
+    return 2 * sum(seen) < len(seen)
 
 
-def _sheet_fitted(fit: _Fit, movable: "MovableVertices", photos: _Photos) -> _Fit:
-    """The fit with how uneven the sheet is by these photos, its creases left where they are.
-
-    The cost is found with each camera fitted anew, and is least where a parabola through three of its values is: a change of one
-    step moves borders by a pixel, too little for slopes.
-    """
-    offsets, nowhere = np.array(fit.offsets), np.zeros(0)
-    tried = [fit.uneven - SHEET_TRIED, fit.uneven, fit.uneven + SHEET_TRIED]
-    less, same, more = (
-        adjusted(lambda _, u=u: photos.shown(movable, offsets, u), photos.bundle, nowhere).cost
-        + (u / SHEET_ERROR) ** 2
-        for u in tried
-    )
-    if not isfinite(less + same + more):
-        return fit
-    curved = max(less - 2 * same + more, 1e-9)
-    step = float(np.clip((less - more) / 2 / curved, -1, 1)) * SHEET_TRIED
-    return replace(fit, uneven=fit.uneven + step)
-
-
-def _adjusted(fit: _Fit, movable: "MovableVertices", photos: _Photos) -> _Fit:
-    """The fit with the creases and the cameras put where all photos show them."""
+def _adjusted(fit: _Fit, movable: "MovableVertices", seen: Sequence[int], *, free: bool) -> _Fit:
+    """The fit with the sheet, if that is ``free``, the creases and the cameras of the photos ``seen`` put where all of these show them."""
 
     def shown(offsets: Floats) -> Sequence[FaceStack] | None:
-        return photos.shown(movable, offsets, fit.uneven)
+        stacks = movable.stacks(offsets[1:], float(offsets[0]))
+        return None if stacks is None else [stacks[i] for i in seen]
 
-    seen = photos.numbers
-    first = tuple(sum(i <= step for i in seen) for step, _ in movable.added)
-    bundle = replace(photos.bundle, first_shown=first)
-    start, nowhere = np.array(fit.offsets), np.zeros(len(fit.offsets))
-    if not len(start):
-        return replace(fit, refined=_refined(movable, start, 0.0, fit.uneven))
-    unmoved = adjusted(lambda _: shown(nowhere), photos.bundle, np.zeros(0))
-    best = adjusted(shown, bundle, start)
+    def only(unknown: Sequence[int]) -> Callable[[Floats], Sequence[FaceStack] | None]:
+        return lambda values: shown(_filled(values, unknown, len(movable.added) + 1))
+
+    bundle = Bundle(
+        tuple(scene for scene in fit.scenes if scene is not None),
+        tuple(camera for camera in fit.cameras if camera is not None),
+        (),
+    )
+    first = [0, *(sum(i <= step for i in seen) for step, _ in movable.added)]
+    begun = np.array([fit.uneven, *fit.offsets])
+    sheet, every = [0] * free, [*[0] * free, *range(1, len(begun))]
+    unmoved = adjusted(only(sheet), replace(bundle, first_shown=tuple(first[k] for k in sheet)), begun[sheet])
+    best = adjusted(only(every), replace(bundle, first_shown=tuple(first[k] for k in every)), begun[every])
     if best.cost > unmoved.cost:
-        best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), nowhere)
+        start = _filled(unmoved.offsets, sheet, len(begun))[every]
+        again = replace(bundle, cameras=unmoved.cameras, first_shown=tuple(first[k] for k in every))
+        best = adjusted(only(every), again, start)
     if not isfinite(best.cost) or not isfinite(unmoved.cost):
         return fit
     freedom = (INDEPENDENT_POINTS - 6) * len(seen)
-    gain = (unmoved.cost - best.cost) / len(start) / max(best.cost / freedom, 1e-9)
+    gain = (unmoved.cost - best.cost) / max(len(fit.offsets), 1) / max(best.cost / freedom, 1e-9)
     taken = dict(zip(seen, best.cameras, strict=True))
+    uneven, *offsets = _filled(best.offsets, every, len(begun)).tolist()
+    sheets = uneven, _filled(unmoved.offsets, sheet, 1).tolist()[0]
     return replace(
         fit,
-        offsets=tuple(best.offsets.tolist()),
-        cameras=tuple(taken.get(i) for i in range(len(fit.scenes))),
-        refined=_refined(movable, best.offsets, gain, fit.uneven),
+        uneven=uneven,
+        offsets=tuple(offsets),
+        cameras=tuple(taken.get(i, camera) for i, camera in enumerate(fit.cameras)),
+        refined=_refined(movable, np.array(offsets), gain, sheets),
     )
+
+
+def _filled(values: Floats, places: Sequence[int], count: int) -> Floats:
+    """So many zeros, with values at some places."""
+    filled = np.zeros(count)
+    filled[list(places)] = values
+    return filled
 
 
 def _unrefined(steps: Steps) -> Refined:
@@ -236,22 +201,25 @@ def _unrefined(steps: Steps) -> Refined:
     return Refined(steps, paper, {v: v for v in paper.vertices_coords})
 
 
-def _refined(movable: "MovableVertices", offsets: Floats, gain: float, uneven: float) -> Refined:
-    """The steps with offsets, and what the photos show of them."""
-    found, unmoved = _unrefined(movable.steps), np.zeros(len(offsets))
+def _refined(
+    movable: "MovableVertices", offsets: Floats, gain: float, sheets: tuple[float, float]
+) -> Refined:
+    """The steps with offsets, on a sheet as uneven as the first of ``sheets``; or if they need not be moved, on one as the second."""
     try:
-        done = movable.carried_out(offsets)
+        done = movable.carried_out(offsets, 0.0)
     except NoCounterpart:
-        return _unevenly(found, movable, unmoved, uneven)
+        return _unevenly(_unrefined(movable.steps), movable, np.zeros(len(offsets)), sheets[1])
     last = done[-1][0]
     exact, real = last.exact.vertices_coords, last.real.vertices_coords
     moved = max(dist(exact[v], real[w]) for v, w in last.twin.items())
     found = Refined(tuple(actions for _, actions in done), last.real, last.twin, gain, moved)
-    return _unevenly(found, movable, offsets if found.told else unmoved, uneven)
+    if found.told:
+        return _unevenly(found, movable, offsets, sheets[0])
+    return _unevenly(found, movable, np.zeros(len(offsets)), sheets[1])
 
 
 def _unevenly(found: Refined, movable: "MovableVertices", offsets: Floats, uneven: float) -> Refined:
-    """What was found, with the paper that the photos show of a sheet so uneven; as it is if that cannot be folded."""
+    """What was found, with the paper that the photos show of a sheet so uneven; unchanged if it cannot be folded."""
     uneven = round(uneven / SHEET_STEP) * SHEET_STEP
     try:
         papers, _ = movable.carried_out(offsets, uneven)[-1]
