@@ -45,7 +45,7 @@ def propose(
     photos before show its creases. Raises PhotoError if there is no such frame. Deterministic.
     """
     known = refined(steps, observer) if steps and len(steps) == frame - 2 else None
-    if known is not None and known.seen_otherwise:
+    if known is not None and known.told:
         carried = tuple(
             replace(plan, actions=back[0], paper=back[1])
             for plan in _proposed(known.paper, observer, frame, count)
