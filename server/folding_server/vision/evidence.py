@@ -56,6 +56,7 @@ class Evidence:
     zoom: float = 0.0
     nearness: float = 0.0
     roll: float = 0.0
+    own_camera_rotation: float = 0.0
     own_camera_inner_lines: float = 0.0
     own_camera_new_crease: float = 0.0
     own_camera_free_line: float = 0.0

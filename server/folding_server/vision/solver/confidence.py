@@ -27,7 +27,7 @@ def signs(plans: Sequence[Plan]) -> dict[str, float]:
     return {
         "lead": min(lead, WIDEST_LEAD),
         "unexplained": 1 - best.agreement,
-        "inner_lines": best.noted.inner_lines,
+        "inner_lines": best.noted.inner_lines + best.noted.own_camera_inner_lines,
         "free_line": best.noted.free_line,
         "own_camera": best.noted.own_camera,
         "own_camera_free_line": best.noted.own_camera * best.noted.free_line,

@@ -5,6 +5,7 @@ of both, and a wrong one that fits by chance as more than it.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,14 +34,20 @@ def with_lines_beside(plans: Sequence[Plan]) -> list[Plan]:
             nearest = int(np.argmin(gaps))
             if gaps[nearest] <= FARTHEST_BESIDE:
                 beside[nearest].append((plan, gaps[nearest]))
-    more: dict[int, float] = {}
+    more: dict[int, tuple[float, Paper]] = {}
     for i, found in beside.items():
         if found:
-            reached = max(_unaimed(plan) - COST * (gap / FOLDED_BESIDE) ** 2 for plan, gap in found)
+            reached, at = max((_unaimed(p) - COST * (gap / FOLDED_BESIDE) ** 2, -k) for k, (p, gap) in enumerate(found))
             group = [aimed[i], *(plan for plan, _ in found)]
-            gain = max(0.0, reached - max(plan.score for plan in group))
-            more |= {id(plan): gain for plan in group}
-    return best_first([plan.noting(folded_beside=more.get(id(plan), 0.0)) for plan in plans])
+            gain = reached - max(plan.score for plan in group)
+            if gain > 0:
+                more |= {id(plan): (gain, found[-at][0].paper) for plan in group}
+    return best_first([_with(plan, *more.get(id(plan), (0.0, None))) for plan in plans])
+
+
+def _with(plan: Plan, gain: float, beside: Paper | None) -> Plan:
+    """A plan with what the best line beside it explains more, and makes."""
+    return replace(plan.noting(folded_beside=gain), beside=beside)
 
 
 def _folds(plan: Plan) -> bool:

@@ -22,7 +22,8 @@ FREE_SCALE_CHANGE = {"held": 0.01, "standing": 0.007}
 class Plan:
     """Primitives to apply in order, the paper they lead to, and the motion under which it explains the photo.
 
-    ``agreement`` is the share of paper pixels explained, 0 to 1; ``noted`` is what else was measured.
+    ``agreement`` is the share of paper pixels explained, 0 to 1; ``noted`` is what else was measured. ``beside`` is what a fold
+    makes that was aimed at the same and explains more, if there is one.
     """
 
     actions: tuple[Action, ...]
@@ -32,6 +33,7 @@ class Plan:
     agreement: float
     explanation: str
     noted: Evidence = NOTHING_NOTED
+    beside: Paper | None = None
 
     def noting(self, **values: float) -> "Plan":
         """The plan with other values of some terms of evidence."""

@@ -146,9 +146,10 @@ def _settled(plan: Plan, views: Views) -> Plan:
 
 
 def _weighed(plan: Plan) -> Plan:
-    """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines say more."""
+    """A plan as it counts under a free camera: that a fold shows nothing is not known, and lines count otherwise."""
     return plan.noting(
         unseen_fold=0.0,
+        inner_lines=0.0,
         own_camera_inner_lines=plan.noted.inner_lines,
         own_camera_new_crease=plan.noted.new_crease,
     )
@@ -303,7 +304,7 @@ class _Judge:
         (_, after), *_ = made
         lines = inner_edge_agreement(after, self._views_of(crease, fit).fine, IDENTITY).contradiction
         noted = replace(
-            camera_evidence(fit.fitted.camera, self.before), inner_lines=lines, own_camera_inner_lines=lines
+            camera_evidence(fit.fitted.camera, self.before), own_camera_inner_lines=lines
         )
         return fit.fitted.agreement + noted.score
 
@@ -339,7 +340,7 @@ class _Judge:
             paper=after,
             motion=start,
             explanation=PLAN_WORDS["rotate"],
-        ).noting(roll=roll_evidence(angle - action.angle))
+        ).noting(roll=roll_evidence(angle - action.angle), own_camera_rotation=1.0)
         yield measured(turned, views, start)
 
     def _angle(self, estimate: PoseEstimate) -> float:
