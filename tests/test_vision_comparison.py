@@ -15,7 +15,7 @@ from folding_server.vision.labels import BACK, BACKGROUND, FRONT, UNKNOWN, as_on
 from folding_server.vision.outline import Outline
 from folding_server.vision.overlay import SEEN, draw_overlay
 from folding_server.vision.registration.paper_alignment import align_paper, coarser
-from folding_server.vision.registration.scene import BORDER_WIDTH, Scene
+from folding_server.vision.registration.scene import WIDEST_STRIP, Scene
 from folding_server.vision.seeing import Observation, see_sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -74,7 +74,7 @@ def test_unknown_pixels_never_count_against_a_state() -> None:
 
 
 def test_a_border_laid_beside_leaves_no_residual_and_a_patch_does() -> None:
-    seen, width = shown(folded()), round(BORDER_WIDTH * GRID.pixels_per_unit)
+    seen, width = shown(folded()), round(WIDEST_STRIP * GRID.pixels_per_unit)
     drawn = seen.labels.copy()
     drawn[:, 1:] = seen.labels[:, :-1]
     assert seen.residual_of(drawn) == 0.0

@@ -18,7 +18,7 @@ from folding_server.vision.sheet_lines import SheetLines
 
 SURROUNDINGS = 0.3
 """How far around the paper the table is looked at under a camera of its own, in sheet units: its colour is told there."""
-BORDER_WIDTH = 0.03
+WIDEST_STRIP = 0.03
 """A border laid a little beside explains no disagreement wider than this, in sheet units."""
 _AROUND, _SMOOTH = 0.04, 0.7
 """How far around a place (sheet units) the light is taken to be the same, and how far pixels are smoothed."""
@@ -112,12 +112,12 @@ class Scene:
         return max(0.0, 1.0 - wrong / max(either, 1))
 
     def residual_of(self, drawn: LabelImage) -> float:
-        """Share of the paper, 0 to 1, whose class disagrees over more than BORDER_WIDTH in every direction: no border laid a little beside
+        """Share of the paper, 0 to 1, whose class disagrees over more than WIDEST_STRIP in every direction: no border laid a little beside
         explains that.
         """
         either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
         wrong = ((drawn != self.labels) & self.known).astype(np.uint8)
-        width = 2 * round(BORDER_WIDTH * self.grid.pixels_per_unit / 2) + 1
+        width = 2 * round(WIDEST_STRIP * self.grid.pixels_per_unit / 2) + 1
         opened = cv2.morphologyEx(wrong, cv2.MORPH_OPEN, np.ones((width, width), np.uint8))
         return float(np.count_nonzero(opened)) / max(either, 1)
 

@@ -20,7 +20,7 @@ MOST_AHEAD = 3
 DECIDED = 0.01
 """Shares of the paper by which one plan must be ahead of another for the other not to be followed any further."""
 STRIPS_FORGIVEN = 0.7
-"""Part of what is unexplained in strips narrower than BORDER_WIDTH that is not held against where a plan leads: creases and a sheet that
+"""Part of what is unexplained in strips narrower than WIDEST_STRIP that is not held against where a plan leads: creases and a sheet that
 are 0.01 off make strips of 0.007 of the paper, more than wrong plans differ by.
 """
 MANY_FACES = 24

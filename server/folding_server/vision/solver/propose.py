@@ -90,8 +90,7 @@ def explained(
     plans: tuple[Plan, ...]
     for known_paper, known_frame, with_pairs, with_further, plans in observer.notes:
         if (known_frame, known_paper) == (frame, paper) and (
-            (with_pairs >= pairs and with_further >= further)
-            or enough(plans)
+            (with_pairs >= pairs and with_further >= further) or enough(plans)
         ):
             return plans
     plans = _ranked(paper, observer, frame, pairs=pairs, further=further)

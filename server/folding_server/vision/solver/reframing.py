@@ -38,8 +38,8 @@ from folding_server.vision.seeing import SequenceObserver
 from folding_server.vision.solver.creases import MovingCrease
 from folding_server.vision.solver.fold_search import Effort, FoldFound, FoldSearch
 from folding_server.vision.solver.hypotheses import Hypothesis, further_hypotheses, hypotheses
-from folding_server.vision.solver.imprecision import with_lines_beside
 from folding_server.vision.solver.inner_edges import inner_edge_agreement
+from folding_server.vision.solver.lines_beside import with_lines_beside
 from folding_server.vision.solver.measuring import measured
 from folding_server.vision.solver.photo_views import likeliest_view, views_under
 from folding_server.vision.solver.plan import Plan, best_first
@@ -303,9 +303,7 @@ class _Judge:
             return 0.0
         (_, after), *_ = made
         lines = inner_edge_agreement(after, self._views_of(crease, fit).fine, IDENTITY).contradiction
-        noted = replace(
-            camera_evidence(fit.fitted.camera, self.before), own_camera_inner_lines=lines
-        )
+        noted = replace(camera_evidence(fit.fitted.camera, self.before), own_camera_inner_lines=lines)
         return fit.fitted.agreement + noted.score
 
     def _views_of(self, crease: MovingCrease, fit: CreaseFit) -> Views:

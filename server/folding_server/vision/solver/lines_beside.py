@@ -20,7 +20,7 @@ FARTHEST_BESIDE = 0.03
 """A line that ends farther from the landmark, in sheet units, was not aimed at it: three standard deviations."""
 COST = 0.00125
 """Shares of the paper that one standard deviation costs: half an e-fold, at 400 e-folds for all of the paper."""
-FREE = ("free_line", "own_camera_free_line")
+FREE_LINE_TERMS = ("free_line", "own_camera_free_line")
 """What speaks against a line that no construction gives."""
 
 
@@ -37,7 +37,9 @@ def with_lines_beside(plans: Sequence[Plan]) -> list[Plan]:
     more: dict[int, tuple[float, Paper]] = {}
     for i, found in beside.items():
         if found:
-            reached, at = max((_unaimed(p) - COST * (gap / FOLDED_BESIDE) ** 2, -k) for k, (p, gap) in enumerate(found))
+            reached, at = max(
+                (_unaimed(p) - COST * (gap / FOLDED_BESIDE) ** 2, -k) for k, (p, gap) in enumerate(found)
+            )
             group = [aimed[i], *(plan for plan, _ in found)]
             gain = reached - max(plan.score for plan in group)
             if gain > 0:
@@ -57,7 +59,7 @@ def _folds(plan: Plan) -> bool:
 
 def _unaimed(plan: Plan) -> float:
     """The score of a plan but for what its free line costs."""
-    return plan.score - plan.noted.of(*FREE)
+    return plan.score - plan.noted.of(*FREE_LINE_TERMS)
 
 
 def _gap(first: Paper, second: Paper) -> float:

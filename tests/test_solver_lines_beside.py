@@ -4,7 +4,7 @@ import pytest
 from folding_schemas.actions import Actions, AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import new_paper, replay
-from folding_server.vision.solver.imprecision import FARTHEST_BESIDE, with_lines_beside
+from folding_server.vision.solver.lines_beside import FARTHEST_BESIDE, with_lines_beside
 from folding_server.vision.solver.plan import Plan
 
 
