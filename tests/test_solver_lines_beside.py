@@ -20,12 +20,12 @@ def corner_folded(at: float, agreement: float, *, free: bool = False) -> Plan:
 
 
 def test_a_fold_along_a_landmark_counts_for_what_a_line_a_little_beside_explains() -> None:
-    landmark, beside = corner_folded(0.5, 0.989), corner_folded(0.506, 0.991, free=True)
-    judged, other = with_lines_beside([landmark, beside])
+    landmark, beside = corner_folded(0.5, 0.985), corner_folded(0.506, 0.991, free=True)
+    judged, other = with_lines_beside([beside, landmark])
     assert judged.actions == landmark.actions
-    assert judged.score > landmark.score
-    assert judged.score < beside.score - beside.noted.of("free_line")
-    assert judged.score - other.score == pytest.approx(landmark.score - beside.score)
+    assert judged.beside == beside.paper
+    assert beside.score < judged.score < beside.score - beside.noted.of("free_line")
+    assert other == beside
 
 
 def test_a_line_far_beside_says_nothing_of_the_landmark() -> None:

@@ -123,7 +123,12 @@ def explain_reframed(
 def enough(plans: Sequence[Plan]) -> bool:
     """Whether the best plan explains so much that nothing further need be tried, and lines inside the paper do not deny it."""
     best = max(plans, key=lambda plan: plan.score, default=None)
-    return best is not None and best.agreement >= COMPOUND_BELOW and best.noted.inner_lines < DENIED
+    return best is not None and best.agreement >= COMPOUND_BELOW and _denied(best) < DENIED
+
+
+def _denied(plan: Plan) -> float:
+    """How far lines inside the paper contradict a plan, 0 to 2, before it is weighed and after."""
+    return plan.noted.inner_lines + plan.noted.own_camera_inner_lines
 
 
 def _leaves_something(plans: Sequence[Plan], *, further: bool) -> bool:
