@@ -1,6 +1,5 @@
 """People fold a little beside what they aim at: how folds along landmarks and beside them are judged."""
 
-import pytest
 from folding_schemas.actions import Actions, AddVertex, Fold
 from folding_server.geometry.isometry import IDENTITY
 from folding_server.simulator import new_paper, replay

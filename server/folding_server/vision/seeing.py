@@ -131,6 +131,8 @@ class SequenceObserver:
     _sheet_lines: list[SheetLines] = field(default_factory=list, repr=False, compare=False)
     notes: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
     """What the solver found out about these photos last."""
+    begun: list[tuple[Any, ...]] = field(default_factory=list, repr=False, compare=False)
+    """What it found out about them by the usual hypotheses alone."""
     refinements: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
     """What it found out about the creases of programs by them."""
 

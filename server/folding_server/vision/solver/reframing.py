@@ -52,7 +52,7 @@ from folding_server.vision.solver.whole_moves import centered
 HYPOTHESES_JUDGED = 6
 """Hypotheses that are judged as plans, the best by their outlines."""
 FOLDS_REFINED, FULLY_EXPLAINED = 2, 0.995
-"""So many folds of those are refined, where their line explains less than the second: it need not be one that was listed."""
+"""So many folds of those are refined, where their line explains less than the second."""
 CONTRADICTED = 0.3
 """Lines inside the paper that contradict the best plan so much decide where a crease is: of the
 right first plans of ten programs at level 4, seed 41, 84 of 100 have less (``evidence_collection.py``).
@@ -89,6 +89,8 @@ PLAN_WORDS = {
     "compound": "two creases were folded or unfolded",
     "rotate": "the model was turned",
 }
+USUAL_KEPT = 8
+"""Answers to the usual hypotheses that are kept: two for each plan that is followed."""
 ROUND_TURNS = (45.0, 12.0)
 """Turns within the second of a multiple of the first are meant to be it, in degrees."""
 
@@ -99,25 +101,43 @@ def explain_reframed(
     """Plans that lead from a paper to a photo from any camera, best first; empty if the photo shows no paper. ``known`` is the
     :func:`known_camera` of the photo before; without ``further`` no more than the usual hypotheses are tried.
     """
-    judges = [_Judge(paper, observer, view, frame, known) for view in observer.pictures(frame)]
-    plans: list[Plan] = []
-    likeliest: tuple[_Judge, PoseEstimate] | None = None
-    for generated in (hypotheses, further_hypotheses) if further else (hypotheses,):
-        tried = generated(paper)
-        found = [(judge, ways) for judge in judges if (ways := judge.likely(tried))]
-        if not found:
-            continue
-        judge, ways = max(found, key=lambda pair: pair[1][0].value)
-        new, best = judge.explained(tried, ways)
-        plans += new
-        if likeliest is None or best.value > likeliest[1].value:
-            likeliest = judge, best
-        if enough(plans):
-            break
-    if likeliest is not None and _leaves_something(plans, further=further):
-        judge, best = likeliest
+    usual = _usually(paper, observer, frame, known)
+    tried = usual if enough(usual.plans) or not further else usual.and_then(further_hypotheses(paper))
+    plans = list(tried.plans)
+    if tried.likeliest is not None and _leaves_something(plans, further=further):
+        judge, best = tried.likeliest
         plans += judge.searched(best)
     return _against_nothing(plans, paper)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """What came of some hypotheses: plans, and the likeliest camera with its judge, one for each piece that may be the paper."""
+
+    judges: tuple["_Judge", ...]
+    plans: tuple[Plan, ...] = ()
+    likeliest: tuple["_Judge", PoseEstimate] | None = None
+
+    def and_then(self, tried: Sequence[Hypothesis]) -> "_Tried":
+        """With what comes of more of them."""
+        found = [(judge, ways) for judge in self.judges if (ways := judge.likely(tried))]
+        if not found:
+            return self
+        judge, ways = max(found, key=lambda pair: pair[1][0].value)
+        new, best = judge.explained(tried, ways)
+        better = self.likeliest is None or best.value > self.likeliest[1].value
+        return _Tried(self.judges, (*self.plans, *new), (judge, best) if better else self.likeliest)
+
+
+def _usually(paper: Paper, observer: SequenceObserver, frame: int, known: PoseEstimate | None) -> _Tried:
+    """What comes of the usual hypotheses; the last few answers are remembered, for a photo is looked at thoroughly after that."""
+    for known_paper, known_frame, tried in observer.begun:
+        if (known_frame, known_paper) == (frame, paper):
+            return tried
+    judges = tuple(_Judge(paper, observer, view, frame, known) for view in observer.pictures(frame))
+    found = _Tried(judges).and_then(hypotheses(paper))
+    observer.begun[:] = [*observer.begun[1 - USUAL_KEPT :], (paper, frame, found)]
+    return found
 
 
 def enough(plans: Sequence[Plan]) -> bool:
