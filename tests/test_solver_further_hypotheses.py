@@ -2,7 +2,7 @@
 
 import pytest
 from exactness import exactness
-from folding_schemas.actions import Action, AddVertex, Fold, Rotate
+from folding_schemas.actions import Action, AddVertex, Flip, Fold, Rotate
 from folding_server.simulator import apply, new_paper, replay
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.grid import Grid
@@ -10,7 +10,7 @@ from folding_server.vision.pose_estimation.estimate import estimates
 from folding_server.vision.seeing import see_sequence
 from folding_server.vision.solver import propose
 from folding_server.vision.solver.hypotheses import further_hypotheses, hypotheses
-from folding_server.vision.solver.reframing import WHOLE_MOVES
+from folding_server.vision.solver.hypothesis_judge import WHOLE_MOVES
 from framed_anew import Standpoint, photo
 from paper_drawings import label_image, label_polygons
 from vision_scenes import PhotoList, share_right
@@ -27,6 +27,31 @@ BOTH_SIDES = (
     Fold(edge=(5, 7), direction=1),
     Fold(edge=(7, 6), direction=1),
 )
+BLINTZ = (
+    AddVertex(edge=(1, 2), position=0.5),
+    AddVertex(edge=(4, 1), position=0.5),
+    Fold(edge=(5, 6), direction=1),
+    AddVertex(edge=(2, 3), position=0.5),
+    Fold(edge=(7, 5), direction=1),
+    AddVertex(edge=(3, 4), position=0.5),
+    Fold(edge=(6, 8), direction=-1),
+    Fold(edge=(8, 7), direction=-1),
+    Flip(axis="y"),
+)
+"""All corners to the middle, and turned over."""
+OPPOSITE_CORNERS = (
+    AddVertex(edge=(8, 6), position=0.5),
+    AddVertex(edge=(6, 5), position=0.5),
+    Fold(edge=(9, 10), direction=1),
+    AddVertex(edge=(5, 7), position=0.5),
+    AddVertex(edge=(7, 8), position=0.5),
+    Fold(edge=(13, 14), direction=-1),
+)
+TIP = (
+    AddVertex(edge=(2, 4), position=0.1),
+    AddVertex(edge=(1, 2), position=0.9),
+    Fold(edge=(5, 6), direction=1),
+)
 HALVED = (AddVertex(edge=(2, 4), position=0.5), Fold(edge=(5, 3), direction=-1))
 ABOUT = Grid(-1.5, 2.5, 100.0, 400, 400)
 """What the stacks are drawn on."""
@@ -40,6 +65,12 @@ def test_folds_on_both_sides_look_as_the_simulator_makes_them() -> None:
         made = [after for _, after in pair.ways()]
         assert made
         assert max(share_right(drawn, label_image(after, ABOUT)) for after in made) > 0.99
+
+
+def test_opposite_corners_of_a_square_are_folded_at_once() -> None:
+    after = replay((*BLINTZ, *OPPOSITE_CORNERS))
+    pairs = [h for h in further_hypotheses(replay(BLINTZ)) if h.action_class == "compound"]
+    assert any(exactness(after, made).holds() for pair in pairs for _, made in pair.ways())
 
 
 @pytest.mark.parametrize("turned", [0.0, 20.0, 65.0])
@@ -69,8 +100,9 @@ def test_an_unfolding_is_among_the_cameras_however_many_folds_look_alike(turned:
                 Fold(edge=(5, 6), direction=1),
             ),
         ),
+        ((Fold(edge=(2, 4), direction=1),), TIP),
     ],
-    ids=["both sides at once", "a line that meets no vertex"],
+    ids=["both sides at once", "a line that meets no vertex", "a tip"],
 )
 def test_what_no_landmark_gives_is_found_under_any_camera(
     before: tuple[Action, ...], step: tuple[Action, ...]

@@ -4,7 +4,7 @@ A free line explains more than the landmark it was aimed at, and costs more. Jud
 of both, and a wrong one that fits by chance as more than it; and the line would be taken that one photo happens to show.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -63,6 +63,6 @@ def _gap(first: Paper, second: Paper) -> float:
     return flat if folded <= FOLDED_APART * FARTHEST_BESIDE else float("inf")
 
 
-def _apart(first: dict[int, Point], second: dict[int, Point]) -> float:
+def _apart(first: Mapping[int, Point], second: Mapping[int, Point]) -> float:
     """How far two sets of vertices are apart."""
     return hausdorff_distance(np.array(list(first.values())), np.array(list(second.values())))

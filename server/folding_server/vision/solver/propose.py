@@ -15,7 +15,7 @@ from folding_server.vision.solver.motion_evidence import contradiction, watched_
 from folding_server.vision.solver.photo_views import SeenBefore, seen_before, views_after
 from folding_server.vision.solver.plan import Plan, best_first
 from folding_server.vision.solver.refinement import Steps, carried_back, refined
-from folding_server.vision.solver.reframing import enough, explain_reframed, known_camera
+from folding_server.vision.solver.reframing import explain_reframed, known_camera, nothing_open
 from folding_server.vision.solver.transition import (
     COMPOUND_BELOW,
     EXPLAINED,
@@ -90,7 +90,7 @@ def explained(
     plans: tuple[Plan, ...]
     for known_paper, known_frame, with_pairs, with_further, plans in observer.notes:
         if (known_frame, known_paper) == (frame, paper) and (
-            (with_pairs >= pairs and with_further >= further) or enough(plans)
+            (with_pairs >= pairs and with_further >= further) or nothing_open(plans)
         ):
             return plans
     plans = _ranked(paper, observer, frame, pairs=pairs, further=further)
