@@ -36,7 +36,7 @@ BLINTZ = (
     AddVertex(edge=(3, 4), position=0.5),
     Fold(edge=(6, 8), direction=-1),
     Fold(edge=(8, 7), direction=-1),
-    Flip(axis="y"),
+    Flip(axis="y=-x"),
 )
 """All corners to the middle, and turned over."""
 OPPOSITE_CORNERS = (
