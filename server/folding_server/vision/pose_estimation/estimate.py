@@ -50,9 +50,7 @@ USUAL_TILT, STEEP = 20.0, 28.0
 USUAL_ROLL = 20.0
 """Degrees that a camera is turned against the photo before, or the model on the table: 18 of 22 transitions had less."""
 USUAL_NEARNESS = 0.3
-"""Natural logarithm by which the camera is nearer or farther than for the photo before: hands move it by a third, and cropping to
-the model by what half of a sheet is narrower.
-"""
+"""Natural logarithm by which the camera is nearer or farther than for the photo before: hands move it by a third."""
 LARGEST_ZOOM, SMALLEST_ZOOM = 3.0, 0.33
 """The camera may come so near and go so far, by scale, for nothing."""
 SAME_PLACE = 0.02
@@ -91,11 +89,13 @@ def estimates(
     before: PinholeCamera | None = None,
     prior: Sequence[float] | None = None,
     always: Sequence[int] = (),
+    grown: float = 0.0,
 ) -> list[PoseEstimate]:
     """For the stacks that the photo resembles most: their cameras, the most valuable first.
 
-    ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely. ``prior`` is what
-    each stack costs, in shares of the paper. The ``always``-th stacks are fitted however many others look more alike.
+    ``before`` is the camera of the photo before, if it is known: its size and roll are what is likely, but for its size where the
+    paper has not ``grown`` in the picture, see :func:`camera_evidence`. ``prior`` is what each stack costs, in shares of the
+    paper. The ``always``-th stacks are fitted however many others look more alike.
     """
     seen = normal_form(view.scene.labels, view.scene.grid)
     if seen is None:
@@ -109,7 +109,7 @@ def estimates(
 
     def estimate(index: int, fit: Fitted) -> PoseEstimate:
         return PoseEstimate(
-            index, fit.camera, fit.agreement, camera_evidence(fit.camera, before), costs[index]
+            index, fit.camera, fit.agreement, camera_evidence(fit.camera, before, grown), costs[index]
         )
 
     begun.sort(key=lambda pair: -estimate(pair[0].index, pair[1]).value)
@@ -172,15 +172,19 @@ def _half_fitted(stack: FaceStack, scene: Scene, first: PinholeCamera) -> Fitted
     )
 
 
-def camera_evidence(camera: PinholeCamera, before: PinholeCamera | None) -> Evidence:
-    """What speaks against a camera after that of the photo before, or by itself if that is not known."""
+def camera_evidence(camera: PinholeCamera, before: PinholeCamera | None, grown: float = 0.0) -> Evidence:
+    """What speaks against a camera after that of the photo before, or by itself if that is not known.
+
+    The paper has ``grown`` in the picture by so much, as a natural logarithm: where it has not, photos are cropped to the model, and
+    that the camera is nearer says nothing.
+    """
     tilted = Evidence(tilt=(camera.tilt / USUAL_TILT) ** 2, steep_tilt=max(0.0, camera.tilt - STEEP))
     if before is None:
         return tilted
     size = float(camera.size - before.size)
     turned = abs((camera.roll - before.roll + pi) % (2 * pi) - pi)
     zoom = max(0.0, size - log(LARGEST_ZOOM), log(SMALLEST_ZOOM) - size)
-    nearness = log1p((size / USUAL_NEARNESS) ** 2)
+    nearness = log1p((min(abs(size), abs(grown)) / USUAL_NEARNESS) ** 2)
     return replace(tilted, zoom=zoom, nearness=nearness, roll=roll_evidence(degrees(turned)))
 
 

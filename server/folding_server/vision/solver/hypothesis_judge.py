@@ -2,15 +2,17 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import degrees
+from functools import cached_property
+from math import degrees, log
 
+import numpy as np
 from folding_schemas.actions import Flip, Rotate
 
 from folding_server.geometry.isometry import IDENTITY, turn
 from folding_server.simulator import apply
 from folding_server.simulator.paper import Paper
 from folding_server.vision.evidence import Evidence
-from folding_server.vision.pose_estimation.border_fitting import Fitted
+from folding_server.vision.pose_estimation.border_fitting import Fitted, paper_extent
 from folding_server.vision.pose_estimation.crease_fitting import (
     SCANS,
     CreaseFit,
@@ -27,7 +29,7 @@ from folding_server.vision.pose_estimation.estimate import (
     seen_faces,
 )
 from folding_server.vision.pose_estimation.picture_view import PictureView
-from folding_server.vision.pose_estimation.pinhole import PinholeCamera, only_moved, upright_camera
+from folding_server.vision.pose_estimation.pinhole import PinholeCamera, only_moved, projected, upright_camera
 from folding_server.vision.registration.alignment import Freedom, align
 from folding_server.vision.registration.scene import FaceStack, Views, face_stack
 from folding_server.vision.seeing import SequenceObserver
@@ -109,11 +111,20 @@ class HypothesisJudge:
         """The camera of the photo before, if it is known."""
         return self.known.camera if self.known else None
 
+    @cached_property
+    def grown(self) -> float:
+        """How much larger the paper is in this picture than in that of the photo before, as a natural logarithm; 0 if that is not known."""
+        if self.known is None:
+            return 0.0
+        corners = np.array([p for outline in face_stack(self.paper).outlines for p in outline])
+        before = float(np.ptp(projected(self.known.camera.homography, corners), axis=0).max())
+        return log(paper_extent(self.view.scene) / before)
+
     def likely(self, tried: Sequence[Hypothesis]) -> list[PoseEstimate]:
         """The cameras under which the photo may show what hypotheses make of the paper, the most valuable first."""
         prior = [AGAINST[h.action_class] for h in tried]
         whole = [i for i, h in enumerate(tried) if h.action_class in WHOLE_MOVES]
-        found = estimates([h.stack for h in tried], self.view, self.before, prior, whole)
+        found = estimates([h.stack for h in tried], self.view, self.before, prior, whole, self.grown)
         if self.observer.stands(self.frame):
             upright = upright_camera(self.observer.pose, self.view.frame)
             found = [e for e in found if only_moved(e.camera, upright)]
@@ -189,7 +200,9 @@ class HypothesisJudge:
             return 0.0
         (_, after), *_ = made
         lines = inner_edge_agreement(after, self._views_of(crease, fit).fine, IDENTITY).contradiction
-        noted = replace(camera_evidence(fit.fitted.camera, self.before), own_camera_inner_lines=lines)
+        noted = replace(
+            camera_evidence(fit.fitted.camera, self.before, self.grown), own_camera_inner_lines=lines
+        )
         return fit.fitted.agreement + noted.score
 
     def _views_of(self, crease: MovingCrease, fit: CreaseFit) -> Views:
@@ -201,7 +214,10 @@ class HypothesisJudge:
 
     def _made(self, crease: MovingCrease, fit: CreaseFit, folds: Sequence[FoldFound]) -> Iterator[Plan]:
         """Folds as plans under the camera that was fitted with a crease."""
-        evidence, views = camera_evidence(fit.fitted.camera, self.before), self._views_of(crease, fit)
+        evidence, views = (
+            camera_evidence(fit.fitted.camera, self.before, self.grown),
+            self._views_of(crease, fit),
+        )
         for fold in folds:
             for plan in as_plans([fold], self.paper, views, fold.motion):
                 yield _under(plan, evidence)
@@ -252,7 +268,7 @@ class HypothesisJudge:
         views = self.views(estimate.camera, face_stack(self.paper))
         plans = [_under(p, estimate.evidence) for p in explain(self.paper, IDENTITY, views)]
         best = plans[0]
-        for own in estimates([face_stack(best.paper)], self.view, self.before)[:1]:
+        for own in estimates([face_stack(best.paper)], self.view, self.before, grown=self.grown)[:1]:
             again = measured(
                 _under(replace(best, motion=IDENTITY), own.evidence),
                 self.views(own.camera, face_stack(best.paper)),
