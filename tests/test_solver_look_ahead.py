@@ -62,6 +62,22 @@ def test_small_differences_add_up_until_they_decide() -> None:
     assert round(lost[1], 6) == round(2 * little, 6)
 
 
+def test_strips_along_borders_count_less_than_a_patch_as_large() -> None:
+    little = 0.6 * DECIDED
+
+    def explaining(patch: float) -> Callable[[Paper, int], Plan]:
+        def explain(paper: Paper, _: int) -> Plan:
+            wrong = paper == TURNED
+            seen = plan(paper, 1 - little if wrong else 1.0)
+            return seen.noting(own_camera=1.0, own_camera_residual=patch if wrong else 0.0)
+
+        return explain
+
+    strips, patch = (behind(TIED, 2, 3, explaining(x), explaining(x))[1] for x in (0.0, little))
+    assert 0 < strips < 0.5 * little
+    assert patch > little
+
+
 def test_no_more_photos_are_looked_at_than_there_are_or_than_is_worth_it() -> None:
     asked: list[int] = []
     assert ahead(2, 3, following({}, asked)) == [0.0, 0.0]

@@ -10,7 +10,7 @@ from folding_server.frames.sequences import load_sequence
 from folding_server.simulator import Paper, apply, new_paper
 from folding_server.vision.any_camera import compare_with_photo
 from folding_server.vision.labels import BACK, FRONT
-from folding_server.vision.pose_estimation.estimate import estimates
+from folding_server.vision.pose_estimation.estimate import camera_evidence, estimates
 from folding_server.vision.pose_estimation.pinhole import PinholeCamera, projected
 from folding_server.vision.registration.scene import face_stack
 from folding_server.vision.seeing import see_sequence
@@ -38,6 +38,18 @@ def folded(*actions: AddVertex | Fold) -> Paper:
     for action in actions:
         paper = apply(paper, action)
     return paper
+
+
+def test_that_a_camera_is_nearer_says_nothing_where_photos_are_cropped_to_the_model() -> None:
+    before = PinholeCamera((0.5, 0.5), 0.0, 0.0, 0.0, 0.2)
+    nearer = replace(before, size=0.7)
+    assert camera_evidence(nearer, before, grown=0.0).nearness == 0.0
+    assert camera_evidence(before, before, grown=0.5).nearness == 0.0
+    assert (
+        camera_evidence(nearer, before, grown=0.4).nearness
+        > camera_evidence(nearer, before, grown=0.1).nearness
+        > 0
+    )
 
 
 @given(STANDPOINTS)
