@@ -90,9 +90,16 @@ def _usually(paper: Paper, observer: SequenceObserver, frame: int, known: PoseEs
 
 
 def enough(plans: Sequence[Plan]) -> bool:
-    """Whether the best plan explains so much that nothing further need be tried, and lines inside the paper do not deny it."""
+    """Whether the best plan explains so much that nothing further need be tried: lines inside the paper do not deny it, and it is not
+    two unfoldings, beside which two folds would have to be tried.
+    """
     best = max(plans, key=lambda plan: plan.score, default=None)
-    return best is not None and best.agreement >= COMPOUND_BELOW and _denied(best) < DENIED
+    return (
+        best is not None
+        and best.agreement >= COMPOUND_BELOW
+        and best.action_class != "compound"
+        and _denied(best) < DENIED
+    )
 
 
 def nothing_open(plans: Sequence[Plan]) -> bool:
