@@ -1,10 +1,10 @@
 """Fit the weights of evidence, and how far a proposal can be trusted, on what evidence_collection.py wrote.
 
-    python benchmarks/reconstruction/evidence_fitting.py FILE.jsonl [FILE.jsonl ...] [--write-confidence]
+    python benchmarks/reconstruction/evidence_fitting.py FILE.jsonl [FILE.jsonl ...] [--spread S] [--write-confidence]
 
 The weights: of the plans of one transition one is right; how likely each is, is taken to be proportional to the exponential of its
 score (conditional logit, McFadden 1974), and the weights make the right ones as likely as can be, none farther from what it
-was than its prior allows: a factor of e^SPREAD either way is one standard deviation. A term that no transition tells
+was than its prior allows: a factor of e^S either way is one standard deviation. A term that no transition tells
 anything of keeps its weight. The trust: logistic regression of "the best proposal is right" on what can be known without the
 truth. Figures are given for programs left out, a fifth at a time; --write-confidence puts the second into the solver's file; weights are put there by hand.
 """
@@ -35,7 +35,7 @@ USUAL_SHARPNESS = 400.0
 """Odds grow e-fold per 1/400 of the paper: twice the noise of agreement between two photos of one state. One e-fold either way is
 one standard deviation.
 """
-FIXED = ("agreement", "look_ahead")
+FIXED = ("agreement", "folded_beside", "look_ahead")
 """Terms that are in the unit of the score itself."""
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def choices(rows: Sequence[dict[str, Any]]) -> list[Choice]:
     return found
 
 
-def fitted(data: Sequence[Choice], before: Floats) -> tuple[Floats, float]:
+def fitted(data: Sequence[Choice], before: Floats, spread: float) -> tuple[Floats, float]:
     """The weights (terms,) and the sharpness: the factor by which scores become logarithms of odds."""
     free = np.array([name not in FIXED for name in terms()])
     start = np.zeros(1 + int(free.sum()))
@@ -79,8 +79,8 @@ def fitted(data: Sequence[Choice], before: Floats) -> tuple[Floats, float]:
 
     def cost(x: Floats) -> tuple[float, Floats]:
         sharp, w = float(np.exp(x[0])), weights(x)
-        total = float((x[1:] ** 2).sum() / (2 * SPREAD**2) + (x[0] - start[0]) ** 2 / 2)
-        slope = np.concatenate([x[:1] - start[0], x[1:] / SPREAD**2])
+        total = float((x[1:] ** 2).sum() / (2 * spread**2) + (x[0] - start[0]) ** 2 / 2)
+        slope = np.concatenate([x[:1] - start[0], x[1:] / spread**2])
         for choice in data:
             scores = choice.values @ w
             odds = sharp * (scores - scores.max())
@@ -102,14 +102,14 @@ def first_right(data: Sequence[Choice], w: Floats) -> float:
     return float(np.mean([choice.right[int((choice.values @ w).argmax())] for choice in data]))
 
 
-def left_out(data: Sequence[Choice], before: Floats) -> tuple[float, float]:
+def left_out(data: Sequence[Choice], before: Floats, spread: float) -> tuple[float, float]:
     """The share of right first plans with the weights as they were, and fitted without the program in question."""
     programs = sorted({choice.program for choice in data})
     hits = []
     for part in range(FOLDS):
         held = set(programs[part::FOLDS])
         rest = [choice for choice in data if choice.program not in held]
-        w, _ = fitted(rest, before)
+        w, _ = fitted(rest, before, spread)
         hits += [c.right[int((c.values @ w).argmax())] for c in data if c.program in held]
     return first_right(data, before), float(np.mean(hits))
 
@@ -189,6 +189,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("--spread", type=float, default=SPREAD, help="how freely weights move, see above")
     parser.add_argument(
         "--write-confidence", action="store_true", help="put the confidence into the solver's file"
     )
@@ -196,8 +197,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rows = read(options.files)
     data = choices(rows)
     before = np.array([term.weight for term in terms().values()])
-    after, sharp = fitted(data, before)
-    held_before, held_after = left_out(data, before)
+    after, sharp = fitted(data, before, options.spread)
+    held_before, held_after = left_out(data, before, options.spread)
     programs, signs, right = trust_data(rows)
     chance = trust_left_out(programs, signs, right)
     found = trusted(signs, right)

@@ -97,14 +97,11 @@ def estimates(
     paper has not ``grown`` in the picture, see :func:`camera_evidence`. ``prior`` is what each stack costs, in shares of the
     paper. The ``always``-th stacks are fitted however many others look more alike.
     """
-    seen = normal_form(view.scene.labels, view.scene.grid)
-    if seen is None:
-        return []
     costs = prior or [0.0] * len(stacks)
     coarse = coarser(view.scene)
     begun = [
         (match, _begun(stacks[match.index], coarse, view, match))
-        for match in _alike(seen, [shape_of(stack) for stack in stacks], always)
+        for match in _alike(view.scene, stacks, always)
     ]
 
     def estimate(index: int, fit: Fitted) -> PoseEstimate:
@@ -127,8 +124,12 @@ def estimates(
     return sorted(found, key=lambda e: -e.value)
 
 
-def _alike(seen: NormalForm, shapes: Sequence[NormalForm | None], always: Sequence[int]) -> list[AffineMatch]:
-    """The FITTED best matches of all shapes, and all matches of the ``always``-th."""
+def _alike(scene: Scene, stacks: Sequence[FaceStack], always: Sequence[int]) -> list[AffineMatch]:
+    """The FITTED best matches of all stacks with a photo, and all matches of the ``always``-th; none if it shows too little."""
+    seen = normal_form(scene.labels, scene.grid)
+    if seen is None:
+        return []
+    shapes = [shape_of(stack) for stack in stacks]
 
     def matched(indices: Sequence[int], most: int, each: int) -> list[AffineMatch]:
         shaped = [(i, shape) for i in indices if (shape := shapes[i]) is not None]

@@ -107,19 +107,25 @@ class Scene:
 
     def agreement_of(self, drawn: LabelImage) -> float:
         """Share of the known pixels showing paper, in the photo or the drawing, whose class agrees; 0 to 1."""
-        either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
-        wrong = int(np.count_nonzero((drawn != self.labels) & self.known))
-        return max(0.0, 1.0 - wrong / max(either, 1))
+        return max(0.0, 1.0 - int(np.count_nonzero(self._wrong(drawn))) / self._judged(drawn))
 
     def residual_of(self, drawn: LabelImage) -> float:
         """Share of the paper, 0 to 1, whose class disagrees over more than WIDEST_STRIP in every direction: no border laid a little beside
         explains that.
         """
-        either = int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known))
-        wrong = ((drawn != self.labels) & self.known).astype(np.uint8)
         width = 2 * round(WIDEST_STRIP * self.grid.pixels_per_unit / 2) + 1
-        opened = cv2.morphologyEx(wrong, cv2.MORPH_OPEN, np.ones((width, width), np.uint8))
-        return float(np.count_nonzero(opened)) / max(either, 1)
+        patches = cv2.morphologyEx(
+            self._wrong(drawn).astype(np.uint8), cv2.MORPH_OPEN, np.ones((width, width), np.uint8)
+        )
+        return int(np.count_nonzero(patches)) / self._judged(drawn)
+
+    def _wrong(self, drawn: LabelImage) -> Mask:
+        """The known pixels whose class disagrees."""
+        return np.asarray((drawn != self.labels) & self.known)
+
+    def _judged(self, drawn: LabelImage) -> int:
+        """How many known pixels show paper, in the photo or the drawing; 1 if none do."""
+        return max(int(np.count_nonzero((self.paper | (drawn != BACKGROUND)) & self.known)), 1)
 
     def agreement(self, stack: FaceStack, motion: Similarity) -> float:
         """How well a stack under a motion explains the photo, 0 to 1."""

@@ -130,7 +130,7 @@ class HypothesisJudge:
             found = [e for e in found if only_moved(e.camera, upright)]
         return _distinct(found, tried)
 
-    def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> "Explained":
+    def explained(self, tried: Sequence[Hypothesis], found: Sequence[PoseEstimate]) -> Explained:
         """The hypotheses found as plans, the likeliest camera, and folds of which lines have still to say where they are."""
         tested = [
             (plan, estimate) for estimate in found for plan in self.plans(tried[estimate.index], estimate)
@@ -200,10 +200,11 @@ class HypothesisJudge:
             return 0.0
         (_, after), *_ = made
         lines = inner_edge_agreement(after, self._views_of(crease, fit).fine, IDENTITY).contradiction
-        noted = replace(
-            camera_evidence(fit.fitted.camera, self.before, self.grown), own_camera_inner_lines=lines
-        )
-        return fit.fitted.agreement + noted.score
+        return fit.fitted.agreement + replace(self._evidence(fit), own_camera_inner_lines=lines).score
+
+    def _evidence(self, fit: CreaseFit) -> Evidence:
+        """What speaks against the camera that was fitted with a crease."""
+        return camera_evidence(fit.fitted.camera, self.before, self.grown)
 
     def _views_of(self, crease: MovingCrease, fit: CreaseFit) -> Views:
         """The photo under the camera that was fitted with a crease."""
@@ -214,10 +215,7 @@ class HypothesisJudge:
 
     def _made(self, crease: MovingCrease, fit: CreaseFit, folds: Sequence[FoldFound]) -> Iterator[Plan]:
         """Folds as plans under the camera that was fitted with a crease."""
-        evidence, views = (
-            camera_evidence(fit.fitted.camera, self.before, self.grown),
-            self._views_of(crease, fit),
-        )
+        evidence, views = self._evidence(fit), self._views_of(crease, fit)
         for fold in folds:
             for plan in as_plans([fold], self.paper, views, fold.motion):
                 yield _under(plan, evidence)

@@ -106,8 +106,12 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
     scene, camera = (None, None) if found is None else (found[0].scene, found[1].camera)
     scenes, cameras = (*before.scenes, scene), (*before.cameras, camera)
     seen = [i for i, camera in enumerate(cameras) if camera is not None]
-    if not seen or not len(start):
-        return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
+    fit = _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
+    return _adjusted(fit, movable, seen) if seen and len(start) else fit
+
+
+def _adjusted(fit: _Fit, movable: "MovableVertices", seen: Sequence[int]) -> _Fit:
+    """A fit with creases and cameras where all photos show them, of which those ``seen`` show the paper."""
 
     def shown(offsets: Floats) -> Sequence[FaceStack] | None:
         stacks = movable.stacks(offsets)
@@ -115,22 +119,22 @@ def _further(before: _Fit, steps: Steps, observer: SequenceObserver) -> _Fit:
 
     first = tuple(sum(i < step for i in seen) for step, _ in movable.added)
     bundle = Bundle(
-        tuple(s for s in scenes if s is not None), tuple(c for c in cameras if c is not None), first
+        tuple(s for s in fit.scenes if s is not None), tuple(c for c in fit.cameras if c is not None), first
     )
-    nowhere = np.zeros_like(start)
+    start, nowhere = np.array(fit.offsets), np.zeros(len(fit.offsets))
     unmoved = adjusted(lambda _: shown(nowhere), replace(bundle, first_shown=()), np.zeros(0))
     best = adjusted(shown, bundle, start)
     if best.cost > unmoved.cost:
         best = adjusted(shown, replace(bundle, cameras=unmoved.cameras), nowhere)
     if not isfinite(best.cost) or not isfinite(unmoved.cost):
-        return _Fit(tuple(start.tolist()), scenes, cameras, _unrefined(steps))
+        return fit
     freedom = (INDEPENDENT_POINTS - 6) * len(seen)
     gain = (unmoved.cost - best.cost) / len(start) / max(best.cost / freedom, 1e-9)
     taken = dict(zip(seen, best.cameras, strict=True))
     return _Fit(
         tuple(best.offsets.tolist()),
-        scenes,
-        tuple(taken.get(i) for i in range(len(scenes))),
+        fit.scenes,
+        tuple(taken.get(i) for i in range(len(fit.scenes))),
         _refined(movable, best.offsets, gain),
     )
 

@@ -103,8 +103,12 @@ def enough(plans: Sequence[Plan]) -> bool:
 
 
 def nothing_open(plans: Sequence[Plan]) -> bool:
-    """Whether plans found without looking any further are those that would be found so."""
-    return enough(plans) and _denied(max(plans, key=lambda plan: plan.score)) <= CONTRADICTED
+    """Whether plans found without looking any further, best first, are those that would be found so: where none has a camera of its own,
+    no more is tried for so much agreement.
+    """
+    if not any(plan.noted.own_camera for plan in plans):
+        return max(plan.agreement for plan in plans) >= COMPOUND_BELOW
+    return enough(plans) and _denied(plans[0]) <= CONTRADICTED
 
 
 def _denied(plan: Plan) -> float:
